@@ -1,0 +1,45 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Simplification of point clouds and meshes that keeps what is salient.
+
+Geometry goes in, indices come out: nothing is moved, rounded or lost, and hosts gather their own
+attributes. See `analyze`, `simplify` and `Parameters`.
+"""
+
+from .errors import Cancelled, GeometryError, ParameterError, SalcoreError
+from .metrics import Deviation, Errors, Surface, compare
+from .parameters import PRESETS, TABLE, TARGETS, Parameter, Parameters
+from .pipeline import (
+    Analysis,
+    Report,
+    Simplification,
+    analysis_steps,
+    analyze,
+    simplify,
+)
+from .progress import Progress, run
+
+__all__ = [
+    "PRESETS",
+    "TABLE",
+    "TARGETS",
+    "Analysis",
+    "Cancelled",
+    "Deviation",
+    "Errors",
+    "GeometryError",
+    "Parameter",
+    "ParameterError",
+    "Parameters",
+    "Progress",
+    "Report",
+    "SalcoreError",
+    "Simplification",
+    "Surface",
+    "analysis_steps",
+    "analyze",
+    "compare",
+    "run",
+    "simplify",
+]
+
+__version__ = "0.1.0"

@@ -1,0 +1,232 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The door: input arrays are checked, cleaned, welded and centred once; behind it they are trusted.
+
+`Geometry` holds distinct, finite, centred points. Its two index maps lead back to the input, so
+results can speak of the input's own indices whatever was dropped or welded on the way in.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .errors import GeometryError
+from .parameters import Parameters
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+
+@dataclass(frozen=True, eq=False)
+class Geometry:
+    """Clean geometry.
+
+    Attributes
+    ----------
+    points : (n, 3) float64
+        Distinct finite points, centred on their bounding box and scaled by a power of two
+        (exactly) to a diagonal in [0.5, 1).
+    faces : (m, 3) intp
+        Faces without repeated corners; empty for a cloud.
+    normals : (n, 3) float64 or None
+        Given normals, unit or zero.
+    scale : float
+        Input lengths are ``length / scale``.
+    vertex_of : (N,) intp
+        Vertex that stands for each input point, -1 where the point was dropped.
+    input_of : (n,) intp
+        First input point of each vertex.
+    """
+
+    points: Floats
+    faces: Indices
+    normals: Floats | None
+    scale: float
+    vertex_of: Indices
+    input_of: Indices
+
+    @property
+    def input_count(self) -> int:
+        """Number of input points."""
+        return len(self.vertex_of)
+
+    @property
+    def diagonal(self) -> float:
+        """Diagonal of the bounding box, in the input's unit."""
+        if not len(self.points):
+            return 0.0
+        return float(np.linalg.norm(np.ptp(self.points, axis=0))) / self.scale
+
+
+def clean(
+    points: ArrayLike,
+    faces: ArrayLike | None = None,
+    normals: ArrayLike | None = None,
+    parameters: Parameters | None = None,
+) -> Geometry:
+    """Check input arrays and bring them into the form that everything else trusts.
+
+    Parameters
+    ----------
+    points : (N, 3) array_like of real numbers
+        Coordinates in any unit. Rows with NaN or infinity are dropped, or refused with
+        ``invalid="refuse"``. Equal points are welded.
+    faces : (F, 3) array_like of integers, optional
+        Corners of triangles. Faces with a dropped point or a repeated corner are left out.
+    normals : (N, 3) array_like of real numbers, optional
+        Of any length; zero or invalid normals are treated as absent.
+    parameters : Parameters, optional
+        Only `invalid` matters here.
+
+    Raises
+    ------
+    GeometryError
+        If an array has the wrong shape or type, an index is out of range, or an invalid point is
+        refused.
+
+    Notes
+    -----
+    O(N log N) time, about 150 bytes a point.
+    """
+    parameters = parameters or Parameters()
+    coordinates = _matrix(points, "points")
+    finite = np.isfinite(coordinates).all(axis=1)
+    if parameters.invalid == "refuse" and not finite.all():
+        bad = np.flatnonzero(~finite)
+        raise GeometryError(
+            f"points: {len(bad)} of {len(finite)} are NaN or infinite (the first is number "
+            f"{bad[0]}); remove them, or set invalid='drop'"
+        )
+    kept = np.flatnonzero(finite)
+    centred, scale = _centre(coordinates[kept])
+    welded, first = _weld(centred)
+    vertex_of = np.full(len(coordinates), -1, dtype=np.intp)
+    vertex_of[kept] = welded
+    return Geometry(
+        points=centred[first],
+        faces=_clean_faces(faces, vertex_of),
+        normals=_clean_normals(normals, len(coordinates), kept, welded, len(first)),
+        scale=scale,
+        vertex_of=vertex_of,
+        input_of=kept[first],
+    )
+
+
+def _matrix(values: ArrayLike, name: str) -> Floats:
+    """Return `values` as a contiguous (N, 3) float64 array."""
+    array = np.asarray(values)
+    if array.size == 0 and array.ndim <= 2:
+        array = array.reshape(0, 3)
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise GeometryError(f"{name} of shape {array.shape}: give an array of shape (N, 3)")
+    if array.dtype.kind not in "fiub":
+        raise GeometryError(f"{name} of type {array.dtype}: give real numbers")
+    return np.ascontiguousarray(array, dtype=np.float64)
+
+
+def _centre(points: Floats) -> tuple[Floats, float]:
+    """Move the bounding box's centre to the origin and scale its diagonal into [0.5, 1).
+
+    The factor is a power of two, so scaling rounds nothing.
+    """
+    if not len(points):
+        return points, 1.0
+    low, high = points.min(axis=0), points.max(axis=0)
+    # Halves first: the sum and the difference of the largest doubles overflow.
+    largest = float(np.max(high / 2 - low / 2))
+    if largest == 0.0:
+        return np.zeros_like(points), 1.0
+    exponent = int(np.frexp(largest)[1])
+    centred = np.ldexp(points - (low / 2 + high / 2), -exponent)
+    diagonal = float(np.linalg.norm(np.ptp(centred, axis=0)))
+    shift = int(np.frexp(diagonal)[1])
+    return np.ldexp(centred, -shift), float(np.ldexp(1.0, -exponent - shift))
+
+
+def _weld(points: Floats) -> tuple[Indices, Indices]:
+    """Return the vertex of each point and the first point of each vertex, in input order."""
+    count = len(points)
+    # Equal points have equal keys; the rare unequal points with equal keys are told apart below.
+    key = points[:, 0] + np.sqrt(2.0) * points[:, 1] + np.sqrt(3.0) * points[:, 2]
+    order = np.argsort(key)
+    tie = key[order[1:]] == key[order[:-1]]
+    if not tie.any():
+        identity = np.arange(count)
+        return identity, identity
+    suspect = np.zeros(count, dtype=bool)
+    suspect[order[1:][tie]] = True
+    suspect[order[:-1][tie]] = True
+    rows = np.flatnonzero(suspect)
+    # "+ 0.0" turns -0.0 into 0.0, which np.unique would tell apart.
+    _, first, inverse = np.unique(
+        points[rows] + 0.0, axis=0, return_index=True, return_inverse=True
+    )
+    representative = np.arange(count)
+    representative[rows] = rows[first[inverse.ravel()]]
+    firsts = np.flatnonzero(representative == np.arange(count))
+    number = np.empty(count, dtype=np.intp)
+    number[firsts] = np.arange(len(firsts))
+    return number[representative], firsts
+
+
+def _clean_faces(faces: ArrayLike | None, vertex_of: Indices) -> Indices:
+    """Return faces over vertices, without those that lost a corner or repeat one."""
+    if faces is None:
+        return np.empty((0, 3), dtype=np.intp)
+    array: NDArray[Any] = np.asarray(faces)
+    if array.size == 0:
+        return np.empty((0, 3), dtype=np.intp)
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise GeometryError(
+            f"faces of shape {array.shape}: give triangles as an array of shape (F, 3)"
+        )
+    if array.dtype.kind not in "iu":
+        raise GeometryError(f"faces of type {array.dtype}: give integers")
+    low, high = int(array.min()), int(array.max())
+    if low < 0 or high >= len(vertex_of):
+        bad = low if low < 0 else high
+        raise GeometryError(
+            f"faces: index {bad} is out of range for {len(vertex_of)} points; "
+            f"give indices from 0 to {len(vertex_of) - 1}"
+        )
+    corners = vertex_of[array.astype(np.intp)]
+    a, b, c = corners.T
+    return np.ascontiguousarray(
+        corners[(corners >= 0).all(axis=1) & (a != b) & (b != c) & (c != a)]
+    )
+
+
+def _clean_normals(
+    normals: ArrayLike | None, count: int, kept: Indices, welded: Indices, vertices: int
+) -> Floats | None:
+    """Return one unit (or zero) normal a vertex: the direction of the sum over welded points."""
+    if normals is None:
+        return None
+    given = _matrix(normals, "normals")
+    if len(given) != count:
+        raise GeometryError(f"normals: {len(given)} rows for {count} points; give one a point")
+    given = unit(np.where(np.isfinite(given), given, 0.0)[kept])
+    total = np.stack([np.bincount(welded, given[:, k], vertices) for k in range(3)], axis=1)
+    return unit(total) if total.any() else None
+
+
+def unit(vectors: Floats) -> Floats:
+    """Return vectors of length one; those of no length, or hardly any, become zero.
+
+    Parameters
+    ----------
+    vectors : (..., 3) float64
+
+    Returns
+    -------
+    (..., 3) float64
+    """
+    largest = np.abs(vectors).max(axis=-1, keepdims=True, initial=0.0)
+    # Dividing by the largest component first keeps squares of tiny and huge vectors in range.
+    scaled = np.divide(vectors, largest, out=np.zeros_like(vectors), where=largest > 0.0)
+    length = np.sqrt(np.einsum("...i,...i->...", scaled, scaled))[..., None]
+    result: Floats = np.divide(scaled, length, out=np.zeros_like(scaled), where=length > 0.0)
+    return result

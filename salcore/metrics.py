@@ -1,0 +1,236 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How far two geometries are apart (paper §5, equations 5.1 and 5.2), both ways."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from .blocks import BLOCK, run_blocks
+from .geometry import Floats, Indices
+
+
+@dataclass(frozen=True)
+class Deviation:
+    """Distances of one set of points to something, in the points' unit.
+
+    Attributes
+    ----------
+    max, mean, rms : float
+        Largest distance, Δmax of (5.1); mean, Δavg of (5.2); root of the mean square.
+    """
+
+    max: float
+    mean: float
+    rms: float
+
+    @classmethod
+    def of(cls, distances: Floats) -> Deviation:
+        """Sum up (n,) distances; all zero for none."""
+        if not len(distances):
+            return cls(0.0, 0.0, 0.0)
+        return cls(
+            float(distances.max()),
+            float(distances.mean()),
+            float(np.sqrt(np.mean(distances**2))),
+        )
+
+
+@dataclass(frozen=True)
+class Errors:
+    """Errors between an original and a simplified geometry.
+
+    Attributes
+    ----------
+    point : Deviation
+        From the original points to the nearest simplified point.
+    surface : Deviation
+        From the original points to the simplified surface: its faces and the points no face uses;
+        for a cloud, to the tangent plane at the nearest point.
+    point_back, surface_back : Deviation
+        The same from the simplified points to the original; zero for a subset.
+    diagonal : float
+        Diagonal of the original's bounding box, to make shares of.
+    """
+
+    point: Deviation
+    surface: Deviation
+    point_back: Deviation
+    surface_back: Deviation
+    diagonal: float
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return nested dicts, ready for JSON."""
+        return dataclasses.asdict(self)
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """A mesh or a cloud to measure distances to.
+
+    Attributes
+    ----------
+    points : (n, 3) float64
+    faces : (m, 3) intp
+        May be empty.
+    normals : (n, 3) float64 or None
+        Unit normals for the tangent planes of a cloud; without them, and where they are zero,
+        the distance to the nearest point stands in.
+    """
+
+    points: Floats
+    faces: Indices
+    normals: Floats | None = None
+
+
+def compare(original: Surface, simplified: Surface, *, workers: int = 0) -> Errors:
+    """Return the errors between two geometries, both ways.
+
+    Notes
+    -----
+    Distances are taken from the points, not from samples of the faces. O(n log n) time.
+    """
+    there_point, there_surface = distances(original.points, simplified, workers=workers)
+    back_point, back_surface = distances(simplified.points, original, workers=workers)
+    box = np.ptp(original.points, axis=0) if len(original.points) else np.zeros(3)
+    return Errors(
+        Deviation.of(there_point),
+        Deviation.of(there_surface),
+        Deviation.of(back_point),
+        Deviation.of(back_surface),
+        float(np.linalg.norm(box)),
+    )
+
+
+def distances(
+    queries: Floats, surface: Surface, *, workers: int = 0
+) -> tuple[Floats, Floats]:
+    """Return the distances of points to the nearest point and to the surface.
+
+    Parameters
+    ----------
+    queries : (q, 3) float64
+    surface : Surface
+    workers : int
+        Threads; 0 takes one per processor.
+
+    Returns
+    -------
+    (q,) float64, (q,) float64
+        Infinite where `surface` has no point.
+    """
+    to_point, nearest = nearest_points(queries, surface.points, workers=workers)
+    if not len(surface.points) or not len(queries):
+        return to_point, to_point.copy()
+    if len(surface.faces):
+        return to_point, surface_distances(queries, surface, to_point, workers=workers)
+    if surface.normals is None:
+        return to_point, to_point.copy()
+    return to_point, plane_distances(queries, surface, nearest, to_point)
+
+
+def nearest_points(
+    queries: Floats, points: Floats, *, workers: int = 0
+) -> tuple[Floats, Indices]:
+    """Return the distance to the nearest of `points`, and its index (-1 and infinity for none)."""
+    if not len(points) or not len(queries):
+        return np.full(len(queries), np.inf), np.full(len(queries), -1, dtype=np.intp)
+    distance, index = cKDTree(points, balanced_tree=False).query(queries, workers=workers or -1)
+    return distance, index
+
+
+def plane_distances(
+    queries: Floats, surface: Surface, nearest: Indices, to_point: Floats
+) -> Floats:
+    """Return the distances to the tangent planes at the nearest points."""
+    assert surface.normals is not None
+    normals = surface.normals[nearest]
+    height = np.abs(np.einsum("qc,qc->q", queries - surface.points[nearest], normals))
+    return np.where(normals.any(axis=1), height, to_point)
+
+
+def surface_distances(
+    queries: Floats, surface: Surface, bound: Floats, *, workers: int = 0
+) -> Floats:
+    """Return the exact distances to the faces and to the points that no face uses.
+
+    Parameters
+    ----------
+    queries : (q, 3) float64
+    surface : Surface
+        With at least one face.
+    bound : (q,) float64
+        Distance to the nearest of all the surface's points: an upper bound.
+
+    Returns
+    -------
+    (q,) float64
+
+    Notes
+    -----
+    Faces are sorted into classes of like size, each with a tree of its face centres. A face that
+    is nearer than the best so far must have its centre within that distance plus the class's
+    largest radius; each query asks for more and more centres until that is passed.
+    """
+    best = bound.copy()
+    corners = surface.points[surface.faces]
+    centres = corners.mean(axis=1)
+    radii = np.sqrt(((corners - centres[:, None]) ** 2).sum(axis=2).max(axis=1))
+    classes = np.frexp(radii)[1]
+    for size in np.unique(classes):
+        members = np.flatnonzero(classes == size)
+        tree, reach = cKDTree(centres[members], balanced_tree=False), radii[members].max()
+        tests = corners[members]
+
+        def kernel(
+            start: int, stop: int, tree: Any = tree, reach: float = reach, tests: Floats = tests
+        ) -> None:
+            block = slice(start, stop)
+            best[block] = _refine(queries[block], best[block], tree, reach, tests)
+
+        for _ in run_blocks(kernel, len(queries), workers=workers, size=BLOCK // 4):
+            pass
+    return best
+
+
+def _refine(queries: Floats, best: Floats, tree: Any, reach: float, corners: Floats) -> Floats:
+    """Lower the distances `best` by those to triangles with centres in `tree`."""
+    active, width = np.arange(len(queries)), min(8, tree.n)
+    while len(active):
+        away, found = tree.query(
+            queries[active], k=np.arange(1, width + 1),
+            distance_upper_bound=float(best[active].max()) + reach,
+        )
+        use = away < best[active][:, None] + reach
+        query, slot = np.nonzero(use)
+        near = triangle_distances(queries[active[query]], corners[found[query, slot]])
+        np.minimum.at(best, active[query], near)
+        more = (away[:, -1] < best[active] + reach) & (width < tree.n)
+        active, width = active[more], min(2 * width, tree.n)
+    return best
+
+
+def triangle_distances(queries: Floats, corners: Floats) -> Floats:
+    """Return the distance (m,) of each query (m, 3) to its triangle (m, 3 corners, 3)."""
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    square = np.einsum("mc,mc->m", normal, normal)
+    inside = square > 0.0
+    nearest = np.full(len(queries), np.inf)
+    for k in range(3):
+        start, edge = corners[:, k], corners[:, (k + 1) % 3] - corners[:, k]
+        offset = queries - start
+        inside &= np.einsum("mc,mc->m", np.cross(edge, offset), normal) >= 0.0
+        length = np.einsum("mc,mc->m", edge, edge)
+        along = np.einsum("mc,mc->m", offset, edge)
+        share = np.divide(along, length, out=np.zeros_like(along), where=length > 0.0)
+        rest = offset - np.clip(share, 0.0, 1.0)[:, None] * edge
+        nearest = np.minimum(nearest, np.einsum("mc,mc->m", rest, rest))
+    height = np.einsum("mc,mc->m", queries - corners[:, 0], normal) ** 2
+    plane = np.divide(height, square, out=np.zeros_like(height), where=inside)
+    result: NDArray[np.float64] = np.sqrt(np.where(inside, plane, nearest))
+    return result

@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Progress and cancel: long work is a generator, and this module drives it to its end."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator
+from typing import NamedTuple, TypeVar
+
+from .errors import Cancelled
+
+Result = TypeVar("Result")
+
+
+class Progress(NamedTuple):
+    """How far work has come."""
+
+    stage: str
+    """Name of the stage under way, for people."""
+    fraction: float
+    """Share done of the whole work, in [0, 1], never falling."""
+
+
+Callback = Callable[[str, float], bool | None]
+"""Called with stage and fraction; returning False cancels, None goes on."""
+
+
+def staged(
+    stage: str, begin: float, end: float, steps: Generator[float, None, Result]
+) -> Generator[Progress, None, Result]:
+    """Yield the progress of one stage as a part of the whole, and return the stage's result."""
+    yield Progress(stage, begin)
+    while True:
+        try:
+            fraction = next(steps)
+        except StopIteration as stop:
+            result: Result = stop.value
+            return result
+        yield Progress(stage, begin + (end - begin) * fraction)
+
+
+def run(
+    steps: Generator[Progress, None, Result], progress: Callback | None = None
+) -> Result:
+    """Run work to its end, calling `progress` at every step.
+
+    Raises
+    ------
+    Cancelled
+        If the callback returned False; the work is closed and has left nothing behind.
+    """
+    while True:
+        try:
+            at = next(steps)
+        except StopIteration as stop:
+            result: Result = stop.value
+            return result
+        if progress is not None and progress(at.stage, at.fraction) is False:
+            steps.close()
+            raise Cancelled(f"cancelled during {at.stage}")
