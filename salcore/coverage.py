@@ -17,9 +17,7 @@ from .rows import row_entries, row_max
 Mask = NDArray[np.bool_]
 
 
-def close_gaps(
-    points: Floats, graph: Graph, kept: Mask, max_gap: int
-) -> tuple[Mask, Indices]:
+def close_gaps(points: Floats, graph: Graph, kept: Mask, max_gap: int) -> tuple[Mask, Indices]:
     """Add points until every vertex is within `max_gap` rings of a kept one.
 
     Parameters
@@ -44,18 +42,13 @@ def close_gaps(
     O(log n) rounds; priorities are scrambled vertex numbers, so the result is deterministic.
     """
     added = np.zeros(len(kept), dtype=bool)
-    source = _spread(points, graph, kept, max_gap)
     if max_gap:
-        bare = np.flatnonzero(source < 0)
-        covered = source >= 0
+        bare = np.flatnonzero(~_within(graph, np.flatnonzero(kept), max_gap))
         while len(bare):
             chosen = _independent(graph, bare, max_gap)
             added[chosen] = True
-            covered[_within(graph, chosen, max_gap)] = True
-            bare = bare[~covered[bare]]
-        if added.any():
-            source = _spread(points, graph, kept | added, max_gap)
-    return added, source
+            bare = bare[~_within(graph, chosen, max_gap)[bare]]
+    return added, _spread(points, graph, kept | added, max_gap)
 
 
 def _spread(points: Floats, graph: Graph, kept: Mask, max_gap: int) -> Indices:
@@ -96,21 +89,23 @@ def _independent(graph: Graph, bare: Indices, rings: int) -> Indices:
     own = bare.astype(np.uint32) * np.uint32(2654435761)  # odd, hence a permutation of uint32
     priority = np.zeros(count)
     priority[bare] = own + 1.0
-    near = _within(graph, bare, rings - 1)
+    near = np.flatnonzero(_within(graph, bare, rings - 1))
     positions, bounds = row_entries(graph.indptr, near)
     other = graph.indices[positions]
     for _ in range(rings):
         priority[near] = np.maximum(priority[near], row_max(priority[other], bounds))
-    return bare[priority[bare] == own + 1.0]
+    chosen: Indices = bare[priority[bare] == own + 1.0]
+    return chosen
 
 
-def _within(graph: Graph, vertices: Indices, rings: int) -> Indices:
-    """Return all vertices up to `rings` rings from `vertices`, ascending."""
+def _within(graph: Graph, vertices: Indices, rings: int) -> Mask:
+    """Return whether each vertex is up to `rings` rings from one of `vertices`."""
     inside = np.zeros(len(graph.indptr) - 1, dtype=bool)
     inside[vertices] = True
     front = vertices
     for _ in range(rings):
-        around = graph.indices[row_entries(graph.indptr, front)[0]]
-        front = np.unique(around[~inside[around]]).astype(np.intp)
-        inside[front] = True
-    return np.flatnonzero(inside)
+        reached = inside.copy()
+        reached[graph.indices[row_entries(graph.indptr, front)[0]]] = True
+        front = np.flatnonzero(reached & ~inside)
+        inside = reached
+    return inside

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A frame at every vertex: normal, principal directions, mean curvature, scale (paper §2.2, 3.5)."""
+"""A frame at every vertex: normal, principal directions, curvature, scale (paper §2.2, 3.5)."""
 
 from __future__ import annotations
 
@@ -15,7 +15,6 @@ from .graph import Graph
 from .parameters import Parameters
 from .planes import fit_normals, tangent_basis, vertex_normals
 from .rows import row_max, row_mean, row_sum
-
 
 FOLDS = 0.01
 """Share of edges that may join normals over 90 degrees apart on a consistently oriented surface:
@@ -101,7 +100,7 @@ def _known_normals(
             normals = geometry.normals.copy()
         elif len(geometry.faces):
             normals = vertex_normals(geometry.points, geometry.faces)
-    oriented = normals.any(axis=1)
+    oriented = np.asarray(normals.any(axis=1))
     if graph.plane_normals is not None and parameters.normals == "best":
         normals[~oriented] = graph.plane_normals[~oriented]
     return normals, oriented
@@ -117,13 +116,11 @@ def _consistent(normals: Floats, oriented: NDArray[np.bool_], graph: Graph) -> b
         row = graph.rows(start, stop)
         other = graph.indices[graph.indptr[start] : graph.indptr[stop]]
         product = np.einsum("ec,ec->e", normals[row], normals[other])
-        opposite += np.count_nonzero((product < 0.0) & oriented[row] & oriented[other])
+        opposite += int(np.count_nonzero((product < 0.0) & oriented[row] & oriented[other]))
     return opposite <= FOLDS * len(graph.indices)
 
 
-def _covariance(
-    offsets: Floats, row: NDArray[np.intp], indptr: NDArray[np.integer]
-) -> Floats:
+def _covariance(offsets: Floats, row: NDArray[np.intp], indptr: NDArray[np.integer]) -> Floats:
     """Return the covariance matrices (b, 3, 3) of the neighbours, (2.2), about their mean (2.1)."""
     mean = row_sum(offsets, indptr) / np.maximum(np.diff(indptr), 1)[:, None]
     x, y, z = (offsets - mean[row]).T

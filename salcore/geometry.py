@@ -93,7 +93,7 @@ def clean(
     """
     parameters = parameters or Parameters()
     coordinates = _matrix(points, "points")
-    finite = np.isfinite(coordinates).all(axis=1)
+    finite = np.asarray(np.isfinite(coordinates).all(axis=1))
     if parameters.invalid == "refuse" and not finite.all():
         bad = np.flatnonzero(~finite)
         raise GeometryError(
@@ -209,8 +209,16 @@ def _clean_normals(
     if len(given) != count:
         raise GeometryError(f"normals: {len(given)} rows for {count} points; give one a point")
     given = unit(np.where(np.isfinite(given), given, 0.0)[kept])
-    total = np.stack([np.bincount(welded, given[:, k], vertices) for k in range(3)], axis=1)
+    total = sum_by_label(given, welded, vertices)
     return unit(total) if total.any() else None
+
+
+def sum_by_label(vectors: Floats, labels: Indices, count: int) -> Floats:
+    """Return the sum (count, 3) of the vectors (n, 3) of each label."""
+    sums = np.empty((count, 3))
+    for k in range(3):
+        sums[:, k] = np.bincount(labels, vectors[:, k], count)
+    return sums
 
 
 def unit(vectors: Floats) -> Floats:

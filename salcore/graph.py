@@ -82,8 +82,10 @@ def build_graph(geometry: Geometry, parameters: Parameters) -> Generator[float, 
         loose = np.flatnonzero(np.bincount(geometry.faces.ravel(), minlength=count) == 0)
         if len(loose):
             (rows, columns), fitted = yield from _star_edges(points[loose], parameters)
-            edges = tuple(np.concatenate(pair) for pair in
-                          zip(edges, (loose[rows], loose[columns]), strict=True))
+            edges = (
+                np.concatenate([edges[0], loose[rows]]),
+                np.concatenate([edges[1], loose[columns]]),
+            )
             normals = np.zeros((count, 3))
             normals[loose] = fitted
     else:
@@ -152,7 +154,7 @@ def _star_edges(
     def kernel(start: int, stop: int) -> None:
         # The tree's own order keeps the points of a block together in space.
         block = tree.indices[start:stop]
-        found = tree.query(points[block], k=width + 1)[1]
+        found = np.asarray(tree.query(points[block], k=width + 1)[1])
         other = _without_self(found, block)
         nearest[block] = other
         normals[block], chosen[block] = _stars(points[other] - points[block, None, :])
@@ -166,7 +168,8 @@ def _without_self(found: Indices, block: Indices) -> Indices:
     """Drop each point itself from its nearest points (else the farthest), keeping the order."""
     keep = found != block[:, None]
     keep[keep.all(axis=1), -1] = False
-    return found[keep].reshape(len(found), -1)
+    other: Indices = found[keep].reshape(len(found), -1)
+    return other
 
 
 def _stars(offsets: Floats) -> tuple[Floats, NDArray[np.bool_]]:
@@ -196,7 +199,8 @@ def _pseudo_angle(x: Floats, y: Floats) -> Floats:
     """Return a number that grows with the angle of (x, y), without trigonometry."""
     total = np.abs(x) + np.abs(y)
     cosine = np.divide(x, total, out=np.zeros_like(x), where=total > 0.0)
-    return np.copysign(1.0 - cosine, y)
+    angle: Floats = np.copysign(1.0 - cosine, y)
+    return angle
 
 
 def _hull_vertices(x: Floats, y: Floats, row: Indices) -> Indices:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from .coverage import close_gaps
-from .geometry import Floats, Geometry, Indices
+from .geometry import Floats, Geometry, Indices, sum_by_label
 from .graph import Graph
 from .parameters import Parameters
 from .regions import Regions
@@ -150,15 +150,14 @@ def gap_fillers(points: Floats, regions: Regions, extremities: Mask, salient: Ma
     has_salient = np.bincount(labels[salient], minlength=regions.count) > 0
     member = salient | ~has_salient[labels]
     size = np.maximum(np.bincount(labels[member], minlength=regions.count), 1)
-    centre = np.stack(
-        [np.bincount(labels[member], points[member, k], regions.count) for k in range(3)], axis=1
-    )
-    centre /= size[:, None]
+    centre = sum_by_label(points[member], labels[member], regions.count) / size[:, None]
     # A region without low points has nothing to fill, and would find another region's.
     has_low = np.bincount(labels[low], minlength=regions.count) > 0
     edge = edge[has_low[labels[edge]]]
     midpoint = 0.5 * (points[edge] + centre[labels[edge]])
-    tree = cKDTree(np.column_stack([points[low], 2.0 * labels[low]]), balanced_tree=False)
+    tree = cKDTree(
+        np.column_stack([points[low], 2.0 * labels[low]]), balanced_tree=False, compact_nodes=False
+    )
     nearest = tree.query(np.column_stack([midpoint, 2.0 * labels[edge]]), workers=-1)[1]
     fillers[low[nearest]] = True
     return fillers

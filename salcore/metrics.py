@@ -107,9 +107,7 @@ def compare(original: Surface, simplified: Surface, *, workers: int = 0) -> Erro
     )
 
 
-def distances(
-    queries: Floats, surface: Surface, *, workers: int = 0
-) -> tuple[Floats, Floats]:
+def distances(queries: Floats, surface: Surface, *, workers: int = 0) -> tuple[Floats, Floats]:
     """Return the distances of points to the nearest point and to the surface.
 
     Parameters
@@ -134,14 +132,13 @@ def distances(
     return to_point, plane_distances(queries, surface, nearest, to_point)
 
 
-def nearest_points(
-    queries: Floats, points: Floats, *, workers: int = 0
-) -> tuple[Floats, Indices]:
+def nearest_points(queries: Floats, points: Floats, *, workers: int = 0) -> tuple[Floats, Indices]:
     """Return the distance to the nearest of `points`, and its index (-1 and infinity for none)."""
     if not len(points) or not len(queries):
         return np.full(len(queries), np.inf), np.full(len(queries), -1, dtype=np.intp)
-    distance, index = cKDTree(points, balanced_tree=False).query(queries, workers=workers or -1)
-    return distance, index
+    tree = cKDTree(points, balanced_tree=False)
+    distance, index = tree.query(queries, workers=workers or -1)
+    return np.asarray(distance), np.asarray(index)
 
 
 def plane_distances(
@@ -203,7 +200,8 @@ def _refine(queries: Floats, best: Floats, tree: Any, reach: float, corners: Flo
     active, width = np.arange(len(queries)), min(8, tree.n)
     while len(active):
         away, found = tree.query(
-            queries[active], k=np.arange(1, width + 1),
+            queries[active],
+            k=np.arange(1, width + 1),
             distance_upper_bound=float(best[active].max()) + reach,
         )
         use = away < best[active][:, None] + reach

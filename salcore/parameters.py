@@ -88,7 +88,7 @@ _ROW = "row"
 
 
 def _row(default: Any, label: str, sentence: str, *, paper: Any = None, **row: Any) -> Any:
-    """Make a dataclass field that carries its row of the table (the name follows from the field)."""
+    """Make a dataclass field that carries its row of the table; the name follows later."""
     row |= {
         "label": label,
         "type": type(default),
@@ -241,7 +241,7 @@ class Parameters:
         group="Saliency",
     )
     tolerance: float = _row(
-        0.05,
+        0.08,
         "Tolerance",
         "Largest difference in saliency between neighbours of one region.",
         paper=0.00874,
@@ -251,7 +251,7 @@ class Parameters:
         group="Regions",
     )
     collinear_angle: float = _row(
-        30.0,
+        60.0,
         "Collinear angle",
         "Turn along a region's boundary up to which its points count as collinear.",
         paper=0.0,
@@ -271,7 +271,7 @@ class Parameters:
         group="Interest points",
     )
     max_gap: int = _row(
-        2,
+        1,
         "Largest gap",
         "No removed point is more rings away from a kept one than this; 0 turns the guard off.",
         paper=0,

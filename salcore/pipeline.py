@@ -310,9 +310,7 @@ def analysis_steps(
     extremities = boundary_extremities(geometry.points, regions, parameters.collinear_angle)
     yield Progress("Regions", 1.0)
     seconds = time.perf_counter() - begun
-    return Analysis(
-        geometry, graph, frames, saliency, regions, extremities, parameters, seconds
-    )
+    return Analysis(geometry, graph, frames, saliency, regions, extremities, parameters, seconds)
 
 
 def simplify(

@@ -38,9 +38,7 @@ def staged(
         yield Progress(stage, begin + (end - begin) * fraction)
 
 
-def run(
-    steps: Generator[Progress, None, Result], progress: Callback | None = None
-) -> Result:
+def run(steps: Generator[Progress, None, Result], progress: Callback | None = None) -> Result:
     """Run work to its end, calling `progress` at every step.
 
     Raises

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Regions of like saliency and their boundaries (paper §4.1, equations 4.1 and 4.2, algorithm 1)."""
+"""Regions of like saliency and their boundaries (paper §4.1: 4.1, 4.2, algorithm 1)."""
 
 from __future__ import annotations
 
@@ -48,9 +48,7 @@ def similar(first: Floats, second: Floats, tolerance: float) -> NDArray[np.bool_
     return np.abs(first - second) <= tolerance
 
 
-def build_regions(
-    geometry: Geometry, graph: Graph, saliency: Floats, tolerance: float
-) -> Regions:
+def build_regions(geometry: Geometry, graph: Graph, saliency: Floats, tolerance: float) -> Regions:
     """Segment the graph into regions and order their boundaries.
 
     Regions are the connected components of the edges between similar vertices, which is what
@@ -70,8 +68,7 @@ def build_regions(
     O(e log e) time for e edges, about 60 bytes an edge between boundary vertices.
     """
     row, other = graph.rows(), graph.indices
-    joined = similar(saliency[row], saliency[other], tolerance)
-    labels = _components(row[joined], other[joined], len(saliency))
+    labels = _components(graph, similar(saliency[row], saliency[other], tolerance))
     differs = (labels[row] != labels[other]).astype(np.int8)
     boundary = row_max(differs, graph.indptr) > 0.0
     boundary |= graph.degrees == 0
@@ -80,9 +77,7 @@ def build_regions(
     chains, offsets, branching = _chains(
         geometry.points, row[along], other[along], np.flatnonzero(boundary)
     )
-    return Regions(
-        labels, int(labels.max(initial=-1)) + 1, boundary, chains, offsets, branching
-    )
+    return Regions(labels, int(labels.max(initial=-1)) + 1, boundary, chains, offsets, branching)
 
 
 def border_vertices(faces: Indices) -> Indices:
@@ -96,10 +91,13 @@ def border_vertices(faces: Indices) -> Indices:
     return np.unique(np.concatenate(ends))
 
 
-def _components(row: Indices, other: NDArray[np.integer], count: int) -> Indices:
-    """Return the connected component of every vertex."""
-    ones = np.ones(len(row), dtype=np.int8)
-    matrix = sparse.csr_array((ones, (row, other)), shape=(count, count))
+def _components(graph: Graph, joined: NDArray[np.bool_]) -> Indices:
+    """Return the connected component of every vertex along the `joined` edges (e,)."""
+    count = len(graph.indptr) - 1
+    indptr = np.concatenate([[0], np.cumsum(joined)])[graph.indptr]
+    indices = graph.indices[joined]
+    ones = np.ones(len(indices), dtype=np.int8)
+    matrix = sparse.csr_array((ones, indices, indptr), shape=(count, count))
     return csgraph.connected_components(matrix, directed=False)[1].astype(np.intp)
 
 

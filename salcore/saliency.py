@@ -106,7 +106,8 @@ def scale_saliency(raw: Floats, scaling: str) -> Floats:
     else:
         low, high = np.quantile(raw, [0.01, 0.99])
         spread = max(high - low, FAINT)
-    return np.clip((raw - low) / spread, 0.0, 1.0)
+    scaled: Floats = np.clip((raw - low) / spread, 0.0, 1.0)
+    return scaled
 
 
 def build_saliency(
