@@ -108,12 +108,12 @@ def table(rows: list[dict[str, Any]]) -> str:
         "| report / floor | peak bytes a point |",
         "|---|---|---|---|---|---|---|---|",
     ]
-    for r in rows:
-        lines.append(
-            f"| {r['model']} | {r['kind']} | {r['points']} | {r['floor']:.2f} "
-            f"| {r['analyze'] / r['floor']:.2f} | {r['simplify'] / r['floor']:.2f} "
-            f"| {r['report'] / r['floor']:.2f} | {r['memory'] / r['points']:.0f} |"
-        )
+    lines += [
+        f"| {r['model']} | {r['kind']} | {r['points']} | {r['floor']:.2f} "
+        f"| {r['analyze'] / r['floor']:.2f} | {r['simplify'] / r['floor']:.2f} "
+        f"| {r['report'] / r['floor']:.2f} | {r['memory'] / r['points']:.0f} |"
+        for r in rows
+    ]
     by_name = {(r["model"], r["kind"]): r for r in rows}
     small = by_name.get(("autzen_crop_100k", "cloud"))
     large = by_name.get(("autzen_crop_1M", "cloud"))
