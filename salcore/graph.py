@@ -37,11 +37,14 @@ class Graph:
         ``indices[indptr[i]:indptr[i + 1]]`` is D(i), ascending; every edge stands in both rows.
     plane_normals : (n, 3) float64 or None
         Normals of the planes that the stars were made in, zero where there is none.
+    stars : (n, w) int32 or None
+        The star of each vertex by angle in its plane, filled up with -1.
     """
 
     indptr: NDArray[np.int64]
     indices: NDArray[np.int32]
     plane_normals: Floats | None = None
+    stars: NDArray[np.int32] | None = None
 
     @property
     def degrees(self) -> NDArray[np.int64]:
@@ -71,29 +74,31 @@ def build_graph(geometry: Geometry, parameters: Parameters) -> Generator[float, 
     """
     points, count = geometry.points, len(geometry.points)
     normals: Floats | None = None
+    stars: NDArray[np.int32] | None = None
     if parameters.graph == "delaunay":
         yield 0.0
         try:
             edges = _delaunay_edges(points)
         except QhullError:
-            edges, _ = yield from _star_edges(points, parameters)
+            edges = _edges((yield from _build_stars(points, parameters))[0])
     elif len(geometry.faces):
         edges = _face_edges(geometry.faces)
         loose = np.flatnonzero(np.bincount(geometry.faces.ravel(), minlength=count) == 0)
         if len(loose):
-            (rows, columns), fitted = yield from _star_edges(points[loose], parameters)
-            edges = (
-                np.concatenate([edges[0], loose[rows]]),
-                np.concatenate([edges[1], loose[columns]]),
-            )
+            local, fitted = yield from _build_stars(points[loose], parameters)
             normals = np.zeros((count, 3))
             normals[loose] = fitted
+            stars = np.full((count, local.shape[1]), -1, dtype=np.int32)
+            stars[loose] = np.where(local >= 0, loose[local], -1)
+            rows, columns = _edges(stars)
+            edges = np.concatenate([edges[0], rows]), np.concatenate([edges[1], columns])
     else:
-        edges, normals = yield from _star_edges(points, parameters)
+        stars, normals = yield from _build_stars(points, parameters)
+        edges = _edges(stars)
     yield 0.9
     matrix = _widen(_symmetric(edges, count), parameters.level)
     return Graph(
-        matrix.indptr.astype(np.int64), matrix.indices.astype(np.int32, copy=False), normals
+        matrix.indptr.astype(np.int64), matrix.indices.astype(np.int32, copy=False), normals, stars
     )
 
 
@@ -137,31 +142,36 @@ def _widen(matrix: sparse.csr_array, level: int) -> sparse.csr_array:
     return reach
 
 
-def _star_edges(
+def _edges(stars: NDArray[np.int32]) -> Edges:
+    """Return the edges from every vertex to its star."""
+    rows, slots = np.nonzero(stars >= 0)
+    return rows, stars[rows, slots]
+
+
+def _build_stars(
     points: Floats, parameters: Parameters
-) -> Generator[float, None, tuple[Edges, Floats]]:
-    """Yield the fraction done; return the edges of all stars and the normals of their planes."""
+) -> Generator[float, None, tuple[NDArray[np.int32], Floats]]:
+    """Yield the fraction done; return the stars, as in `Graph`, and their planes' normals."""
     count = len(points)
     width = min(parameters.neighbors, count - 1)
     normals = np.zeros((count, 3))
     if width < 1:
-        nothing = np.empty(0, dtype=np.intp)
-        return (nothing, nothing), normals
+        return np.empty((count, 0), dtype=np.int32), normals
     tree = cKDTree(points)
-    nearest = np.empty((count, width), dtype=np.int32)
-    chosen = np.empty((count, width), dtype=bool)
+    stars = np.full((count, width), -1, dtype=np.int32)
 
     def kernel(start: int, stop: int) -> None:
         # The tree's own order keeps the points of a block together in space.
         block = tree.indices[start:stop]
         found = np.asarray(tree.query(points[block], k=width + 1)[1])
-        other = _without_self(found, block)
-        nearest[block] = other
-        normals[block], chosen[block] = _stars(points[other] - points[block, None, :])
+        nearest = _without_self(found, block)
+        normals[block], row, slot = _stars(points[nearest] - points[block, None, :])
+        place = np.arange(len(row)) - np.searchsorted(row, row)
+        stars[block[row], place] = nearest[row, slot]
 
     yield from run_blocks(kernel, count, workers=parameters.workers, size=STAR_BLOCK)
-    rows, slots = np.nonzero(chosen)
-    return (rows, nearest[rows, slots]), normals
+    widest = int(np.count_nonzero(stars >= 0, axis=1).max())
+    return np.ascontiguousarray(stars[:, :widest]), normals
 
 
 def _without_self(found: Indices, block: Indices) -> Indices:
@@ -172,8 +182,10 @@ def _without_self(found: Indices, block: Indices) -> Indices:
     return other
 
 
-def _stars(offsets: Floats) -> tuple[Floats, NDArray[np.bool_]]:
-    """Return the plane normals (b, 3) of nearest points at `offsets` (b, k, 3), and their stars.
+def _stars(offsets: Floats) -> tuple[Floats, Indices, Indices]:
+    """Return plane normals (b, 3) of nearest points at `offsets` (b, k, 3), and the stars.
+
+    The stars come as the rows and slots of their members in `offsets`, by row and angle.
 
     The star of the origin in a Delaunay triangulation consists of the vertices of the convex hull
     of the other points after inversion in a circle round the origin. Inverting in a sphere and
@@ -190,9 +202,7 @@ def _stars(offsets: Floats) -> tuple[Floats, NDArray[np.bool_]]:
     width = order.shape[1]
     flat = (order + np.arange(0, order.size, width)[:, None]).ravel()
     hull = _hull_vertices(x.ravel()[flat], y.ravel()[flat], np.repeat(np.arange(len(x)), width))
-    star = np.zeros(order.size, dtype=bool)
-    star[flat[hull]] = True
-    return normals, star.reshape(order.shape)
+    return normals, hull // width, flat[hull] % width
 
 
 def _pseudo_angle(x: Floats, y: Floats) -> Floats:
@@ -227,4 +237,4 @@ def _hull_vertices(x: Floats, y: Floats, row: Indices) -> Indices:
         done.append(alive[~again])
         stay = again & ~inside
         alive, x, y, row = alive[stay], x[stay], y[stay], row[stay]
-    return np.concatenate(done)
+    return np.sort(np.concatenate(done))
