@@ -6,7 +6,7 @@ attributes. See `analyze`, `simplify` and `Parameters`.
 """
 
 from .errors import Cancelled, GeometryError, ParameterError, SalcoreError
-from .metrics import Deviation, Errors, Surface, compare
+from .metrics import Deviation, Errors, Surface, compare, make_surface
 from .parameters import PRESETS, TABLE, TARGETS, Parameter, Parameters
 from .pipeline import (
     Analysis,
@@ -38,6 +38,7 @@ __all__ = [
     "analysis_steps",
     "analyze",
     "compare",
+    "make_surface",
     "run",
     "simplify",
 ]

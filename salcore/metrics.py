@@ -8,11 +8,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import cKDTree
 
 from .blocks import BLOCK, run_blocks
-from .geometry import Floats, Indices
+from .geometry import Floats, Indices, clean
+from .graph import build_graph
+from .parameters import Parameters
+from .progress import finish
 
 
 @dataclass(frozen=True)
@@ -86,6 +89,31 @@ class Surface:
     points: Floats
     faces: Indices
     normals: Floats | None = None
+
+
+def make_surface(
+    points: ArrayLike, faces: ArrayLike | None = None, normals: ArrayLike | None = None
+) -> Surface:
+    """Check arrays and make a surface of them; a cloud without normals gets fitted ones.
+
+    Parameters
+    ----------
+    points : (N, 3) array_like of real numbers
+    faces : (F, 3) array_like of integers, optional
+    normals : (N, 3) array_like of real numbers, optional
+
+    Raises
+    ------
+    GeometryError
+        If an array cannot be understood.
+    """
+    parameters = Parameters()
+    geometry = clean(points, faces, normals, parameters)
+    fitted = geometry.normals
+    if fitted is None and not len(geometry.faces):
+        fitted = finish(build_graph(geometry, parameters)).plane_normals
+    original = np.asarray(points, dtype=np.float64)[geometry.input_of]
+    return Surface(original, geometry.faces, fitted)
 
 
 def compare(original: Surface, simplified: Surface, *, workers: int = 0) -> Errors:

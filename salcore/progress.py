@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Generator
-from typing import NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 from .errors import Cancelled
 
@@ -22,6 +22,16 @@ class Progress(NamedTuple):
 
 Callback = Callable[[str, float], bool | None]
 """Called with stage and fraction; returning False cancels, None goes on."""
+
+
+def finish(steps: Generator[Any, None, Result]) -> Result:
+    """Run work to its end without looking at its progress."""
+    while True:
+        try:
+            next(steps)
+        except StopIteration as stop:
+            result: Result = stop.value
+            return result
 
 
 def staged(

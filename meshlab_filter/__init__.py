@@ -1,0 +1,24 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Salient Simplify for MeshLab: filters on a `pymeshlab.MeshSet`, and a command for files."""
+
+from .filters import (
+    apply,
+    compute_scalar_by_saliency_per_vertex,
+    compute_scalar_by_saliency_region_per_vertex,
+    compute_selection_by_interest_points_per_vertex,
+    filter_list,
+    filter_parameter_values,
+    generate_simplified_point_cloud_by_saliency,
+    get_simplification_error,
+)
+
+__all__ = [
+    "apply",
+    "compute_scalar_by_saliency_per_vertex",
+    "compute_scalar_by_saliency_region_per_vertex",
+    "compute_selection_by_interest_points_per_vertex",
+    "filter_list",
+    "filter_parameter_values",
+    "generate_simplified_point_cloud_by_saliency",
+    "get_simplification_error",
+]

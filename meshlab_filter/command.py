@@ -1,0 +1,280 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The command ``salient-simplify``."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from tqdm import tqdm
+
+import salcore
+
+from . import bridge, demo, files, filters
+from .picture import Panel, saliency_colors, save_picture
+
+INTERRUPTED = 130
+MISTAKE = 2
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command and return its exit status.
+
+    0 for success, 2 for a user's mistake (one line on standard error), 130 after Ctrl-C.
+    """
+    options = make_parser().parse_args(arguments)
+    try:
+        options.run(options)
+    except salcore.SalcoreError as error:
+        _say(f"error: {error}")
+        return MISTAKE
+    except KeyboardInterrupt:
+        _say("interrupted: nothing was written")
+        return INTERRUPTED
+    return 0
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """Return the parser; options of the analysis follow from salcore's table."""
+    parser = argparse.ArgumentParser(
+        prog="salient-simplify",
+        description="Simplify point clouds and meshes while keeping what is salient.",
+    )
+    parser.add_argument("--version", action="version", version=f"%(prog)s {salcore.__version__}")
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+
+    simplify = _command(commands, "simplify", _simplify, "keep the salient points of a file")
+    _add_files(simplify)
+    target = simplify.add_argument_group("target (one is required)")
+    choice = target.add_mutually_exclusive_group(required=True)
+    for row in salcore.TARGETS:
+        _add_parameter(choice, row)
+    _add_report(simplify)
+
+    for name, run, what in (
+        ("saliency", _saliency, "write a file with saliency as quality and colour"),
+        ("regions", _regions, "write a file with regions as quality and colour"),
+    ):
+        command = _command(commands, name, run, what)
+        _add_files(command)
+        command.add_argument("--picture", type=Path, metavar="PNG", help="draw the map as well")
+        command.add_argument(
+            "--up", choices=("y", "z"), default="y", help="upward axis of the picture (default: y)"
+        )
+
+    compare = _command(commands, "compare", _compare, "measure the errors between two files")
+    compare.add_argument("original", type=Path)
+    compare.add_argument("simplified", type=Path)
+    _add_report(compare)
+    compare.add_argument("--force", action="store_true", help="overwrite an existing report")
+
+    show = _command(commands, "demo", _demo, "analyse and simplify two scans that come along")
+    show.add_argument("folder", nargs="?", type=Path, default=Path("salient-simplify-demo"))
+    show.add_argument("--quiet", action="store_true", help="show no progress")
+    return parser
+
+
+def _command(
+    commands: Any, name: str, run: Callable[[argparse.Namespace], None], what: str
+) -> argparse.ArgumentParser:
+    command: argparse.ArgumentParser = commands.add_parser(
+        name, help=what, description=what[0].upper() + what[1:] + "."
+    )
+    command.set_defaults(run=run)
+    return command
+
+
+def _add_files(command: argparse.ArgumentParser) -> None:
+    """Add input, output and the options of every analysis."""
+    command.add_argument("input", type=Path, help="mesh file, or MeshLab project (.mlp)")
+    command.add_argument("output", type=Path, help="file to write, of any format MeshLab writes")
+    command.add_argument("--layer", metavar="NAME", help="layer of a project, by name or number")
+    command.add_argument("--quiet", action="store_true", help="show no progress and no figures")
+    command.add_argument("--force", action="store_true", help="overwrite an existing output")
+    command.add_argument("--preset", choices=salcore.PRESETS, default="default")
+    groups: dict[str, Any] = {}
+    for row in salcore.TABLE:
+        group = groups.setdefault(row.group, None) or command.add_argument_group(row.group.lower())
+        groups[row.group] = group
+        _add_parameter(group, row)
+
+
+def _add_report(command: argparse.ArgumentParser) -> None:
+    command.add_argument("--report", type=Path, metavar="JSON", help="write the figures to a file")
+
+
+def _add_parameter(group: Any, row: salcore.Parameter) -> None:
+    """Add the option of one row; left out, the preset's value holds."""
+    text = row.sentence.replace("%", "%%")
+    if row.symbol:
+        text += f" Paper: {row.symbol}."
+    if row.group != "Target":
+        text += f" Default: {row.default}."
+    option: dict[str, Any] = {"dest": row.name, "help": text, "default": None}
+    if row.type is bool:
+        option["action"] = argparse.BooleanOptionalAction
+    elif row.type is str:
+        option["choices"] = row.choices
+    else:
+        option |= {"type": row.type, "metavar": row.unit.upper() or "N"}
+    group.add_argument("--" + row.name.replace("_", "-"), **option)
+
+
+def _chosen(options: argparse.Namespace, rows: tuple[salcore.Parameter, ...]) -> dict[str, Any]:
+    """Return the values that were given on the command line."""
+    values = {row.name: getattr(options, row.name) for row in rows}
+    return {name: value for name, value in values.items() if value is not None}
+
+
+@contextmanager
+def _progress(quiet: bool) -> Iterator[filters.Callback | None]:
+    """Show a progress bar with the stage's name, on a terminal only."""
+    if quiet or not sys.stderr.isatty():
+        yield None
+        return
+    with tqdm(total=1.0, bar_format="{desc:16} {percentage:3.0f}% {bar}", leave=False) as bar:
+
+        def show(stage: str, fraction: float) -> None:
+            bar.set_description_str(stage, refresh=False)
+            bar.n = fraction
+            bar.refresh()
+
+        yield show
+
+
+def _open(options: argparse.Namespace) -> Any:
+    """Check the outputs, then load the input and choose the layer."""
+    files.check_output(options.output, [options.input], force=options.force)
+    for extra in (getattr(options, "report", None), getattr(options, "picture", None)):
+        if extra is not None:
+            files.check_output(extra, [options.input], force=options.force)
+    mesh_set = files.load(options.input, _say)
+    files.choose_layer(mesh_set, options.layer)
+    return mesh_set
+
+
+def _write(mesh_set: Any, options: argparse.Namespace) -> None:
+    """Write the current layer, or the whole project."""
+    if options.output.suffix.lower() == files.PROJECT:
+        files.save_project(mesh_set, options.output, force=options.force)
+    else:
+        files.save_mesh(mesh_set, options.output)
+
+
+def _analyze(mesh_set: Any, options: argparse.Namespace) -> tuple[bridge.Arrays, salcore.Analysis]:
+    arrays = bridge.read(mesh_set.current_mesh())
+    values = {"preset": options.preset} | _chosen(options, salcore.TABLE)
+    parameters = filters.make_parameters(**values)
+    with _progress(options.quiet) as progress:
+        return arrays, salcore.analyze(*arrays, parameters, progress=progress)
+
+
+def _simplify(options: argparse.Namespace) -> None:
+    mesh_set = _open(options)
+    values = {"preset": options.preset} | _chosen(options, salcore.TABLE + salcore.TARGETS)
+    with _progress(options.quiet) as progress:
+        report = filters.generate_simplified_point_cloud_by_saliency(
+            mesh_set, progress=progress, **values
+        )
+    _write(mesh_set, options)
+    if options.report is not None:
+        files.write_text(options.report, json.dumps(report, indent=2))
+    if not options.quiet:
+        print(_figures(report))
+
+
+def _saliency(options: argparse.Namespace) -> None:
+    mesh_set = _open(options)
+    arrays, analysis = _analyze(mesh_set, options)
+    colors = saliency_colors(analysis.saliency)
+    bridge.set_scalar(mesh_set, analysis.saliency, "saliency")
+    bridge.set_colors(mesh_set, colors)
+    _write(mesh_set, options)
+    _draw(options, arrays, analysis, "saliency", colors)
+
+
+def _regions(options: argparse.Namespace) -> None:
+    mesh_set = _open(options)
+    arrays, analysis = _analyze(mesh_set, options)
+    colors = filters.region_colors(analysis.regions)
+    bridge.set_scalar(mesh_set, analysis.regions, "region")
+    bridge.set_colors(mesh_set, colors)
+    _write(mesh_set, options)
+    _draw(options, arrays, analysis, f"{analysis.segmentation.count:,} regions", colors)
+
+
+def _draw(
+    options: argparse.Namespace,
+    arrays: bridge.Arrays,
+    analysis: salcore.Analysis,
+    title: str,
+    colors: Any,
+) -> None:
+    if options.picture is None:
+        return
+    shape = (arrays.points, arrays.faces, analysis.normals)
+    row = [Panel(options.input.name, *shape), Panel(title, *shape, colors)]
+    save_picture(options.picture, [row], up=options.up)
+
+
+def _compare(options: argparse.Namespace) -> None:
+    if options.report is not None:
+        files.check_output(options.report, [], force=options.force)
+    surfaces = []
+    for path in (options.original, options.simplified):
+        mesh = files.load(path, _say).current_mesh()
+        faces = bridge.read(mesh).faces
+        surfaces.append(salcore.make_surface(mesh.transformed_vertex_matrix(), faces))
+    errors = salcore.compare(*surfaces).as_dict()
+    if options.report is not None:
+        files.write_text(options.report, json.dumps(errors, indent=2))
+    print(_error_figures(errors))
+
+
+def _demo(options: argparse.Namespace) -> None:
+    with _progress(options.quiet) as progress:
+        reports = demo.run(options.folder, progress)
+    for name, report in reports.items():
+        print(f"{name}:\n{_figures(report)}")
+    print(f"Look at {options.folder / 'demo.png'}; the files beside it open in MeshLab.")
+
+
+def _figures(report: dict[str, Any]) -> str:
+    """Return the report for people."""
+    lines = [
+        f"  points   {report['points_before']:,} -> {report['points_after']:,} "
+        f"({report['rate']:.1%} less)",
+        _error_figures(report["errors"]),
+        f"  seconds  {report['seconds_analysis']:.2f} analysis, "
+        f"{report['seconds_selection']:.2f} selection",
+    ]
+    if report["dropped"]:
+        lines.insert(1, f"  dropped  {report['dropped']:,} points that are not finite")
+    return "\n".join(lines)
+
+
+def _error_figures(errors: dict[str, Any]) -> str:
+    """Return the errors for people: in the file's unit, and in per cent of the diagonal."""
+    share = 100.0 / errors["diagonal"] if errors["diagonal"] else 0.0
+    names = {
+        "point": "to the nearest point",
+        "surface": "to the surface",
+        "point_back": "back to the nearest point",
+        "surface_back": "back to the surface",
+    }
+    return "\n".join(
+        f"  error    {errors[key]['max']:.4g} max ({errors[key]['max'] * share:.3f} %), "
+        f"{errors[key]['mean']:.4g} mean ({errors[key]['mean'] * share:.3f} %) {name}"
+        for key, name in names.items()
+        if "back" not in key or errors[key]["max"] > 0.0
+    )
+
+
+def _say(message: str) -> None:
+    """Print one line on standard error."""
+    print(f"salient-simplify: {' '.join(message.split())}", file=sys.stderr)

@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The demonstration: two scans that come with pymeshlab, analysed and simplified."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pymeshlab
+
+import salcore
+
+from . import bridge, files, filters
+from .picture import Panel, saliency_colors, save_picture
+
+SCANS = {"bunny": "bunny10k_textured.obj", "face": "rangemaps/face000.ply"}
+"""A mesh of the Stanford Bunny and a raw range map of a face."""
+
+ALPHA = 30.0
+
+
+def sample(name: str) -> Path:
+    """Return the path of a sample mesh in pymeshlab's installation."""
+    path = Path(pymeshlab.__file__).parent / "tests" / "sample_meshes" / name
+    if not path.exists():
+        raise files.FileError(f"{path}: pymeshlab came without its sample meshes; reinstall it")
+    return path
+
+
+def panels(
+    name: str, points: Any, faces: Any, analysis: salcore.Analysis, result: salcore.Simplification
+) -> list[Panel]:
+    """Return original, saliency, regions and kept points, side by side."""
+    normals, report = analysis.normals, result.report
+    salient = saliency_colors(analysis.saliency)
+    shape = (points, faces, normals)
+    return [
+        Panel(f"{name}: {report.points_before:,} points", *shape),
+        Panel("saliency", *shape, salient),
+        Panel(f"{report.regions:,} regions", *shape, filters.region_colors(analysis.regions)),
+        Panel(
+            f"kept: {report.points_after:,} points ({1 - report.rate:.0%})",
+            *shape,
+            0.85 * salient,
+            result.indices,
+        ),
+    ]
+
+
+def run(folder: Path, progress: filters.Callback | None = None) -> dict[str, Any]:
+    """Analyse and simplify both scans into `folder`, and return the reports.
+
+    For each scan: `NAME_saliency.ply`, `NAME_regions.ply` and `NAME_simplified.ply`; for both
+    `demo.png` and `report.json`. Existing files of these names are overwritten.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    reports, rows = {}, []
+    for name, file in SCANS.items():
+        mesh_set = files.load(sample(file))
+        points, faces, normals = bridge.read(mesh_set.current_mesh())
+        analysis = salcore.analyze(points, faces, normals, progress=progress)
+        result = analysis.simplify(alpha=ALPHA)
+        reports[name] = result.report.as_dict()
+        rows.append(panels(name, points, faces, analysis, result))
+        bridge.set_scalar(mesh_set, analysis.saliency, "saliency")
+        bridge.set_colors(mesh_set, saliency_colors(analysis.saliency))
+        files.save_mesh(mesh_set, folder / f"{name}_saliency.ply")
+        bridge.add_subset(mesh_set, mesh_set.current_mesh(), np.asarray(result.indices), name)
+        files.save_mesh(mesh_set, folder / f"{name}_simplified.ply")
+        mesh_set.set_current_mesh(0)
+        bridge.set_scalar(mesh_set, analysis.regions, "region")
+        bridge.set_colors(mesh_set, filters.region_colors(analysis.regions))
+        files.save_mesh(mesh_set, folder / f"{name}_regions.ply")
+    save_picture(folder / "demo.png", rows)
+    files.write_text(folder / "report.json", json.dumps(reports, indent=2))
+    return reports

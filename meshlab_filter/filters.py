@@ -1,0 +1,233 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Filters on a `pymeshlab.MeshSet`, named and used as MeshLab's own.
+
+Every filter works on the current layer. Parameters are those of salcore's table, in lower case
+without underscores (`deviationthreshold`), and `preset`; they are keyword arguments of the
+functions here and of `apply`.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import salcore
+
+from . import bridge
+
+Callback = Callable[[str, float], bool | None]
+
+_FILTERS: dict[str, tuple[Callable[..., dict[str, Any]], dict[str, Any]]] = {}
+
+
+def meshlab_name(name: str) -> str:
+    """Return a parameter's name in MeshLab's manner."""
+    return name.replace("_", "")
+
+
+_ROWS = {meshlab_name(row.name): row for row in salcore.TABLE}
+_TARGETS = {meshlab_name(row.name): row for row in salcore.TARGETS}
+_ANALYSIS = {"preset": "default"} | {name: row.default for name, row in _ROWS.items()}
+
+
+def _filter(**own: Any) -> Callable[[Callable[..., dict[str, Any]]], Callable[..., dict[str, Any]]]:
+    """Register a filter with the defaults of its parameters."""
+
+    def register(function: Callable[..., dict[str, Any]]) -> Callable[..., dict[str, Any]]:
+        _FILTERS[function.__name__] = (function, own)
+        return function
+
+    return register
+
+
+def filter_list() -> list[str]:
+    """Return the names of all filters."""
+    return sorted(_FILTERS)
+
+
+def filter_parameter_values(name: str) -> dict[str, Any]:
+    """Return the parameters of a filter with their defaults; None must be given."""
+    return dict(_find(name)[1])
+
+
+def apply(mesh_set: Any, name: str, **parameters: Any) -> dict[str, Any]:
+    """Apply a filter by name, as `MeshSet.apply_filter` does.
+
+    Raises
+    ------
+    salcore.ParameterError
+        If there is no such filter or parameter.
+    """
+    return _find(name)[0](mesh_set, **parameters)
+
+
+def _find(name: str) -> tuple[Callable[..., dict[str, Any]], dict[str, Any]]:
+    if name not in _FILTERS:
+        raise salcore.ParameterError(f"no filter {name!r}; {_closest(name, _FILTERS)}")
+    return _FILTERS[name]
+
+
+def _closest(name: str, names: Any) -> str:
+    close = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
+    return f"did you mean {close[0]}?" if close else f"choose one of {', '.join(sorted(names))}"
+
+
+def make_parameters(preset: str = "default", **values: Any) -> salcore.Parameters:
+    """Return the parameters of a preset with some values changed, by either form of their names."""
+    rows = {name: row.name for name, row in _ROWS.items()}
+    changed = {}
+    for name, value in values.items():
+        key = meshlab_name(name)
+        if key not in rows:
+            raise salcore.ParameterError(f"no parameter {name!r}; {_closest(key, rows)}")
+        changed[rows[key]] = value
+    return salcore.Parameters(**(salcore.Parameters.preset(preset).as_dict() | changed))
+
+
+def _analyze(
+    mesh_set: Any, progress: Callback | None = None, **parameters: Any
+) -> salcore.Analysis:
+    """Analyse the current layer."""
+    if not mesh_set.mesh_number():
+        raise salcore.GeometryError("the MeshSet has no layer: load or add a mesh first")
+    points, faces, normals = bridge.read(mesh_set.current_mesh())
+    return salcore.analyze(points, faces, normals, make_parameters(**parameters), progress=progress)
+
+
+def _split(parameters: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return the targets, by their Python names, and the other parameters."""
+    targets = {
+        _TARGETS[meshlab_name(name)].name: value
+        for name, value in parameters.items()
+        if meshlab_name(name) in _TARGETS and value is not None
+    }
+    others = {k: v for k, v in parameters.items() if meshlab_name(k) not in _TARGETS}
+    return targets, others
+
+
+@_filter(**_ANALYSIS, colorize=False)
+def compute_scalar_by_saliency_per_vertex(
+    mesh_set: Any, *, colorize: bool = False, progress: Callback | None = None, **parameters: Any
+) -> dict[str, Any]:
+    """Store the saliency of every vertex, in [0, 1], as the quality of the current layer.
+
+    It is also the custom attribute `saliency`. With `colorize` the vertices take the colours of
+    the map: blue for low, red for high.
+
+    Returns
+    -------
+    dict
+        `mean_saliency`: GMS of (4.6), and `seconds`.
+    """
+    analysis = _analyze(mesh_set, progress, **parameters)
+    bridge.set_scalar(mesh_set, analysis.saliency, "saliency")
+    if colorize:
+        # MeshLab's map runs from red to blue, hence the bounds are exchanged.
+        mesh_set.compute_color_from_scalar_per_vertex(minval=1.0, maxval=0.0, colormap="RGB")
+    return {"mean_saliency": float(analysis.saliency.mean()), "seconds": analysis.seconds}
+
+
+@_filter(**_ANALYSIS, colorize=False)
+def compute_scalar_by_saliency_region_per_vertex(
+    mesh_set: Any, *, colorize: bool = False, progress: Callback | None = None, **parameters: Any
+) -> dict[str, Any]:
+    """Store the number of every vertex's region as the quality of the current layer.
+
+    It is also the custom attribute `region`. With `colorize` each region takes a colour.
+
+    Returns
+    -------
+    dict
+        `regions`: their number, and `seconds`.
+    """
+    analysis = _analyze(mesh_set, progress, **parameters)
+    bridge.set_scalar(mesh_set, analysis.regions, "region")
+    if colorize:
+        bridge.set_colors(mesh_set, region_colors(analysis.regions))
+    return {"regions": analysis.segmentation.count, "seconds": analysis.seconds}
+
+
+@_filter(**_ANALYSIS, **dict.fromkeys(_TARGETS))
+def compute_selection_by_interest_points_per_vertex(
+    mesh_set: Any, *, progress: Callback | None = None, **parameters: Any
+) -> dict[str, Any]:
+    """Select the vertices of the current layer that a simplification would keep.
+
+    Returns
+    -------
+    dict
+        `selected`: their number.
+    """
+    targets, others = _split(parameters)
+    analysis = _analyze(mesh_set, progress, **others)
+    selected = np.zeros(analysis.geometry.input_count, dtype=bool)
+    selected[analysis.simplify(**targets).indices] = True
+    bridge.set_selection(mesh_set, selected, "interest")
+    return {"selected": int(selected.sum())}
+
+
+@_filter(**_ANALYSIS, **dict.fromkeys(_TARGETS), customattributes=())
+def generate_simplified_point_cloud_by_saliency(
+    mesh_set: Any,
+    *,
+    customattributes: tuple[str, ...] = (),
+    progress: Callback | None = None,
+    **parameters: Any,
+) -> dict[str, Any]:
+    """Add a layer with the kept points of the current layer; it becomes the current one.
+
+    The points are original ones, with colours, normals, quality, texture coordinates and selection
+    (and the custom scalar attributes named by `customattributes`). The source stays as it was.
+
+    Returns
+    -------
+    dict
+        The report: counts, rate, errors, seconds.
+    """
+    targets, others = _split(parameters)
+    result = _analyze(mesh_set, progress, **others).simplify(**targets)
+    source = mesh_set.current_mesh()
+    if not len(result.indices):
+        raise salcore.ParameterError(
+            "no point would be kept: lower alpha, or set maxgap to 1 or more"
+        )
+    name = f"{source.label()} simplified"
+    bridge.add_subset(mesh_set, source, result.indices, name, customattributes)
+    return result.report.as_dict()
+
+
+@_filter(originalmesh=0, simplifiedmesh=1)
+def get_simplification_error(
+    mesh_set: Any, *, originalmesh: int = 0, simplifiedmesh: int = 1
+) -> dict[str, Any]:
+    """Return the errors between two layers, both ways, point to point and point to surface.
+
+    Parameters
+    ----------
+    mesh_set : pymeshlab.MeshSet
+    originalmesh, simplifiedmesh : int
+        Identifiers of the layers; their matrices are applied.
+    """
+    surfaces = []
+    for name, number in (("originalmesh", originalmesh), ("simplifiedmesh", simplifiedmesh)):
+        if not mesh_set.mesh_id_exists(number):
+            raise salcore.ParameterError(f"{name}={number}: there is no such layer")
+        mesh = mesh_set.mesh(number)
+        faces = bridge.read(mesh).faces
+        surfaces.append(salcore.make_surface(mesh.transformed_vertex_matrix(), faces))
+    return salcore.compare(*surfaces).as_dict()
+
+
+def region_colors(labels: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Return (n, 3) colours in [0, 1]: grey for the largest region, bright ones for the others."""
+    # Steps of the golden ratio spread hues evenly however many there are.
+    hue = (np.maximum(labels, 0) * 0.6180339887498949) % 1.0
+    wheel = np.abs((hue[:, None] * 6.0 + [0.0, 4.0, 2.0]) % 6.0 - 3.0) - 1.0
+    colors: NDArray[np.float64] = 0.25 + 0.7 * np.clip(wheel, 0.0, 1.0)
+    size = np.bincount(labels[labels >= 0], minlength=1)
+    plain = (labels < 0) | (labels == size.argmax())
+    return np.where(plain[:, None], 0.72, colors)
