@@ -15,6 +15,8 @@ from .rows import row_max, row_sum
 
 FULL_TURN = 360.0
 PERCENT = 100.0  # λ of (3.3)
+ROUNDING = 1e-6
+"""Degrees that rounded coordinates turn the normals of a plane by; such angles count as none."""
 
 IntArray = NDArray[np.integer]
 
@@ -47,8 +49,9 @@ def normal_angle(
     else:
         # The arc cosine alone loses half the digits of a small angle.
         angle = np.arctan2(sine, np.where(oriented, product, np.abs(product)))
+    degrees = np.degrees(angle)
     known = (sine > 0.0) | (product != 0.0)
-    return np.where(known, np.degrees(angle), 0.0)
+    return np.where(known & (degrees > ROUNDING), degrees, 0.0)
 
 
 def deviation_factor(angle: Floats, *, whole_percent: bool = False) -> Floats:
