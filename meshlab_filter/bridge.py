@@ -10,6 +10,8 @@ import numpy as np
 import pymeshlab
 from numpy.typing import NDArray
 
+import salcore
+
 Floats = NDArray[np.float64]
 
 
@@ -32,6 +34,12 @@ def read(mesh: Any) -> Arrays:
         return Arrays(points, mesh.face_matrix(), None)
     normals = mesh.vertex_normal_matrix()
     return Arrays(points, None, normals if normals.any() else None)
+
+
+def surface(mesh: Any) -> salcore.Surface:
+    """Return a mesh as something to measure to, with its matrix applied."""
+    faces = read(mesh).faces
+    return salcore.make_surface(mesh.transformed_vertex_matrix(), faces)
 
 
 def add_subset(

@@ -227,9 +227,8 @@ def _compare(options: argparse.Namespace) -> None:
         files.check_output(options.report, [], force=options.force)
     surfaces = []
     for path in (options.original, options.simplified):
-        mesh = files.load(path, _say).current_mesh()
-        faces = bridge.read(mesh).faces
-        surfaces.append(salcore.make_surface(mesh.transformed_vertex_matrix(), faces))
+        mesh_set = files.load(path, _say)  # its meshes are gone with it
+        surfaces.append(bridge.surface(mesh_set.current_mesh()))
     errors = salcore.compare(*surfaces).as_dict()
     if options.report is not None:
         files.write_text(options.report, json.dumps(errors, indent=2))

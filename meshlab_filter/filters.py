@@ -216,9 +216,7 @@ def get_simplification_error(
     for name, number in (("originalmesh", originalmesh), ("simplifiedmesh", simplifiedmesh)):
         if not mesh_set.mesh_id_exists(number):
             raise salcore.ParameterError(f"{name}={number}: there is no such layer")
-        mesh = mesh_set.mesh(number)
-        faces = bridge.read(mesh).faces
-        surfaces.append(salcore.make_surface(mesh.transformed_vertex_matrix(), faces))
+        surfaces.append(bridge.surface(mesh_set.mesh(number)))
     return salcore.compare(*surfaces).as_dict()
 
 
