@@ -1,0 +1,193 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which half-edge collapses a surface can bear, for many at once.
+
+References: the link condition, Dey, Edelsbrunner, Guha and Nekhayev, Topology preserving edge
+contraction, 1999.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .geometry import Floats, Indices
+
+Mask = NDArray[np.bool_]
+Ints = NDArray[np.int32]
+
+LEAST_COSINE = 0.2
+"""A face may turn by no more than the angle of this cosine (78 degrees)."""
+SLIVER = 0.02
+"""Twice the area of a face by its squared sides, below which it is a sliver."""
+NO_AREA = 1e-3
+"""The same, below which the face's normal means nothing."""
+
+
+@dataclass(frozen=True, eq=False)
+class Stars:
+    """The faces and edges round the vertices of a round, flat: one row a face, one row an edge.
+
+    Attributes
+    ----------
+    going, staying : (s,) int
+        The collapses; no two going vertices are neighbours.
+    faces, face_owner : (f,) int
+        A face with a going vertex, and the collapse it belongs to.
+    left, right : (f,) int32
+        Its two other corners, in order.
+    vanishing : (f,) bool
+        Whether the staying vertex is one of them.
+    edges, edge_owner : (e,) int
+        An edge of a going vertex, and the collapse it belongs to.
+    edge_other, edge_target : (e,) int32
+        Its other end, and the collapse's staying vertex.
+    common : (e,) bool
+        Whether the other end is a neighbour of the staying vertex too.
+    key : (e,) int64
+        The edge from the other end to the staying vertex, as a number.
+    count : int
+        Vertices, dead ones included; keys are numbers to this base.
+    """
+
+    going: Indices
+    staying: Ints
+    faces: Indices
+    face_owner: Indices
+    left: Ints
+    right: Ints
+    vanishing: Mask
+    edges: Indices
+    edge_owner: Indices
+    edge_other: Ints
+    edge_target: Ints
+    common: Mask
+    key: NDArray[np.int64]
+    count: int
+
+    @classmethod
+    def find(
+        cls, going: Indices, staying: Ints, corners: list[Ints], a: Ints, b: Ints, count: int
+    ) -> Stars:
+        """Gather the stars of the collapses from the corners of all faces and ends of all edges."""
+        owner_of = np.full(count, -1, dtype=np.intp)
+        owner_of[going] = np.arange(len(going))
+        hits = [np.flatnonzero(owner_of[corner] >= 0) for corner in corners]
+        faces = np.concatenate(hits)
+        face_owner = np.concatenate(
+            [owner_of[c[hit]] for c, hit in zip(corners, hits, strict=True)]
+        )
+        left = np.concatenate([corners[(k + 1) % 3][hit] for k, hit in enumerate(hits)])
+        right = np.concatenate([corners[(k + 2) % 3][hit] for k, hit in enumerate(hits)])
+        target = staying[face_owner]
+
+        alive = a != b
+        at_a = np.flatnonzero((owner_of[a] >= 0) & alive)
+        at_b = np.flatnonzero((owner_of[b] >= 0) & alive)
+        edges = np.concatenate([at_a, at_b])
+        edge_owner = np.concatenate([owner_of[a[at_a]], owner_of[b[at_b]]])
+        other, edge_target = np.concatenate([b[at_a], a[at_b]]), staying[edge_owner]
+        key = _edge_key(other, edge_target, count)
+        is_target, is_other = np.zeros(count, dtype=bool), np.zeros(count, dtype=bool)
+        is_target[staying], is_other[other] = True, True
+        near = np.flatnonzero(((is_target[a] & is_other[b]) | (is_target[b] & is_other[a])) & alive)
+        present = np.sort(_edge_key(a[near], b[near], count))
+        common = _contains(present, key) & (other != edge_target)
+        return cls(
+            going, staying, faces, face_owner, left, right, (left == target) | (right == target),
+            edges, edge_owner, other, edge_target, common, key, count,
+        )  # fmt: skip
+
+
+def _edge_key(a: Ints, b: Ints, count: int) -> NDArray[np.int64]:
+    """Return one number for each undirected edge."""
+    return np.minimum(a, b).astype(np.int64) * count + np.maximum(a, b)
+
+
+def _contains(table: NDArray[np.int64], keys: NDArray[np.int64]) -> Mask:
+    """Return which keys are in the sorted table."""
+    if not len(table):
+        return np.zeros(len(keys), dtype=bool)
+    order = np.argsort(keys)  # sorted look-ups walk the table in order, not all over it
+    place = np.minimum(np.searchsorted(table, keys[order]), len(table) - 1)
+    found = np.empty(len(keys), dtype=bool)
+    found[order] = table[place] == keys[order]
+    return found
+
+
+def allowed(stars: Stars, points: Floats, degree: Indices) -> Mask:
+    """Return which collapses keep the surface's topology and turn no face over."""
+    return _keeps_topology(stars, degree) & _turns_no_face(stars, points)
+
+
+def _keeps_topology(stars: Stars, degree: Indices) -> Mask:
+    """Return where the link condition holds.
+
+    Inside a surface a vertex has as many edges as faces, and shares two neighbours with the vertex
+    it goes into; on a border it has one edge more, and goes along the border, sharing one.
+    """
+    total = len(stars.going)
+    faces = np.bincount(stars.face_owner, minlength=total)
+    edges = np.bincount(stars.edge_owner, minlength=total)
+    vanishing = np.bincount(stars.face_owner[stars.vanishing], minlength=total)
+    shared = np.bincount(stars.edge_owner[stars.common], minlength=total)
+    inner, border, alone = edges == faces, edges == faces + 1, faces == 0
+    good = (shared == vanishing) & ((vanishing >= 1) | alone)
+    good &= np.where(inner & ~alone, vanishing == 2, np.where(border, vanishing == 1, True))
+    # A tetrahedron, or a single triangle, is as small as a surface gets.
+    least = np.where(inner, 3, 2)
+    smallest = (edges == least) & (degree[stars.staying] == least)
+    return good & ~(smallest & (inner | border) & ~alone)
+
+
+def _turns_no_face(stars: Stars, points: Floats) -> Mask:
+    """Return which collapses neither turn a face over nor make a worse sliver.
+
+    The normal of a face of hardly any area is noise, and a scan is full of slivers: faces are only
+    held against what was there before.
+    """
+    stay = np.flatnonzero(~stars.vanishing)
+    owner = stars.face_owner[stay]
+    left, right = points[stars.left[stay]], points[stars.right[stay]]
+    base, before = right - left, points[stars.going[owner]] - left
+    after = points[stars.staying[owner]] - left
+    old, new = np.cross(base, before), np.cross(base, after)
+    old_square = np.einsum("fc,fc->f", old, old)
+    new_square = np.einsum("fc,fc->f", new, new)
+    product = np.einsum("fc,fc->f", old, new)
+    length = np.einsum("fc,fc->f", base, base)
+    old_shape = old_square / (length + np.einsum("fc,fc->f", before, before)) ** 2
+    new_shape = new_square / (length + np.einsum("fc,fc->f", after, after)) ** 2
+    bad = product <= LEAST_COSINE * np.sqrt(old_square * new_square)
+    bad &= old_shape > NO_AREA**2
+    worst = np.full(len(stars.going), np.inf)
+    np.minimum.at(worst, owner, old_shape)
+    bad |= (new_shape < SLIVER**2) & (new_shape < 0.999 * worst[owner])
+    good = np.ones(len(stars.going), dtype=bool)
+    good[owner[bad]] = False
+    return good
+
+
+def clashing(stars: Stars, good: Mask) -> Mask:
+    """Return which of the good collapses clash with a cheaper one (of lower number).
+
+    Each is checked against the surface before the round. Two of them together could still make
+    the same edge twice, or close a hole of three from both sides; then the cheaper one is done.
+    """
+    total = len(stars.going)
+    new_edge = good[stars.edge_owner] & ~stars.common & (stars.edge_other != stars.edge_target)
+    key, owner = stars.key[new_edge], stars.edge_owner[new_edge]
+    faces = np.bincount(stars.face_owner, minlength=total)
+    edges = np.bincount(stars.edge_owner, minlength=total)
+    small = good & (edges + (edges != faces) <= 3)
+    rim = np.flatnonzero(small[stars.face_owner])
+    key = np.concatenate([key, _edge_key(stars.left[rim], stars.right[rim], stars.count)])
+    owner = np.concatenate([owner, stars.face_owner[rim]])
+    order = np.argsort(key)
+    key, owner = key[order], owner[order]
+    again = np.flatnonzero(key[1:] == key[:-1])
+    one, other = owner[again], owner[again + 1]
+    clash = np.zeros(total, dtype=bool)
+    clash[np.maximum(one, other)[one != other]] = True
+    return clash
