@@ -8,15 +8,9 @@ attributes. See `analyze`, `simplify` and `Parameters`.
 from .errors import Cancelled, GeometryError, ParameterError, SalcoreError
 from .metrics import Deviation, Errors, Surface, compare, make_surface
 from .parameters import PRESETS, TABLE, TARGETS, Parameter, Parameters
-from .pipeline import (
-    Analysis,
-    Report,
-    Simplification,
-    analysis_steps,
-    analyze,
-    simplify,
-)
+from .pipeline import Analysis, analysis_steps, analyze, simplify
 from .progress import Progress, run
+from .result import Report, Simplification
 
 __all__ = [
     "PRESETS",

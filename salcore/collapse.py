@@ -138,7 +138,8 @@ def _keeps_topology(stars: Stars, degree: Indices) -> Mask:
     # A tetrahedron, or a single triangle, is as small as a surface gets.
     least = np.where(inner, 3, 2)
     smallest = (edges == least) & (degree[stars.staying] == least)
-    return good & ~(smallest & (inner | border) & ~alone)
+    good &= ~(smallest & (inner | border) & ~alone)
+    return np.asarray(good)
 
 
 def _turns_no_face(stars: Stars, points: Floats) -> Mask:

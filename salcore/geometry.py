@@ -35,6 +35,8 @@ class Geometry:
         Given normals, unit or zero.
     scale : float
         Input lengths are ``length / scale``.
+    centre : (3,) float64
+        Input positions are ``points / scale + centre``.
     vertex_of : (N,) intp
         Vertex that stands for each input point, -1 where the point was dropped.
     input_of : (n,) intp
@@ -45,6 +47,7 @@ class Geometry:
     faces: Indices
     normals: Floats | None
     scale: float
+    centre: Floats
     vertex_of: Indices
     input_of: Indices
 
@@ -101,7 +104,7 @@ def clean(
             f"{bad[0]}); remove them, or set invalid='drop'"
         )
     kept = np.flatnonzero(finite)
-    centred, scale = _centre(coordinates[kept])
+    centred, scale, centre = _centre(coordinates[kept])
     welded, first = _weld(centred)
     vertex_of = np.full(len(coordinates), -1, dtype=np.intp)
     vertex_of[kept] = welded
@@ -110,6 +113,7 @@ def clean(
         faces=_clean_faces(faces, vertex_of),
         normals=_clean_normals(normals, len(coordinates), kept, welded, len(first)),
         scale=scale,
+        centre=centre,
         vertex_of=vertex_of,
         input_of=kept[first],
     )
@@ -127,23 +131,24 @@ def _matrix(values: ArrayLike, name: str) -> Floats:
     return np.ascontiguousarray(array, dtype=np.float64)
 
 
-def _centre(points: Floats) -> tuple[Floats, float]:
+def _centre(points: Floats) -> tuple[Floats, float, Floats]:
     """Move the bounding box's centre to the origin and scale its diagonal into [0.5, 1).
 
     The factor is a power of two, so scaling rounds nothing.
     """
     if not len(points):
-        return points, 1.0
+        return points, 1.0, np.zeros(3)
     low, high = points.min(axis=0), points.max(axis=0)
     # Halves first: the sum and the difference of the largest doubles overflow.
     largest = float(np.max(high / 2 - low / 2))
+    centre: Floats = low / 2 + high / 2
     if largest == 0.0:
-        return np.zeros_like(points), 1.0
+        return np.zeros_like(points), 1.0, centre
     exponent = int(np.frexp(largest)[1])
-    centred = np.ldexp(points - (low / 2 + high / 2), -exponent)
+    centred = np.ldexp(points - centre, -exponent)
     diagonal = float(np.linalg.norm(np.ptp(centred, axis=0)))
     shift = int(np.frexp(diagonal)[1])
-    return np.ldexp(centred, -shift), float(np.ldexp(1.0, -exponent - shift))
+    return np.ldexp(centred, -shift), float(np.ldexp(1.0, -exponent - shift)), centre
 
 
 def _weld(points: Floats) -> tuple[Indices, Indices]:

@@ -280,6 +280,55 @@ class Parameters:
         unit="rings",
         group="Interest points",
     )
+    detail: float = _row(
+        3.0,
+        "Detail",
+        "Weight of saliency in the order of elimination: more lowers the error on features and "
+        "raises it elsewhere; 0 looks at the shape alone.",
+        minimum=0.0,
+        maximum=100.0,
+        group="Elimination",
+    )
+    interest_weight: float = _row(
+        0.0,
+        "Interest weight",
+        "Further weight of the points on the regions' boundaries in the order of elimination.",
+        minimum=0.0,
+        maximum=100.0,
+        group="Elimination",
+    )
+    evenness: float = _row(
+        0.01,
+        "Evenness",
+        "Weight of even spacing in the order of elimination, for points that no face uses.",
+        minimum=0.0,
+        maximum=100.0,
+        group="Elimination",
+    )
+    border_weight: float = _row(
+        1.0,
+        "Border weight",
+        "Weight of open borders and rims against the faces beside them.",
+        minimum=0.0,
+        maximum=1000.0,
+        group="Elimination",
+    )
+    placement: str = _row(
+        "original",
+        "Placement",
+        "Kept vertices of a mesh stay original points, or move to where the error is least "
+        "(optimal).",
+        choices=("original", "optimal"),
+        group="Elimination",
+    )
+    error_unit: str = _row(
+        "diagonal",
+        "Unit of error",
+        "Largest error as a share of the bounding box's diagonal, or as a length in the input's "
+        "unit.",
+        choices=("diagonal", "length"),
+        group="Elimination",
+    )
     workers: int = _row(
         0,
         "Workers",
@@ -312,6 +361,40 @@ TABLE: tuple[Parameter, ...] = tuple(
 )
 
 TARGETS: tuple[Parameter, ...] = (
+    Parameter(
+        name="ratio",
+        label="Ratio",
+        type=float,
+        default=0.1,
+        paper=0.1,
+        minimum=0.0,
+        maximum=1.0,
+        group="Target",
+        sentence="Share of the points to keep, exact to the point.",
+    ),
+    Parameter(
+        name="count",
+        label="Count",
+        type=int,
+        default=10000,
+        paper=10000,
+        minimum=1,
+        maximum=2**31 - 1,
+        group="Target",
+        sentence="Number of points to keep, exact to the point.",
+    ),
+    Parameter(
+        name="max_error",
+        label="Largest error",
+        type=float,
+        default=0.001,
+        paper=0.001,
+        minimum=0.0,
+        maximum=1e300,
+        group="Target",
+        sentence="About the fewest points whose surface is nowhere further from an input point; "
+        "a share of the diagonal, or a length (unit of error).",
+    ),
     Parameter(
         name="alpha",
         label="Threshold α",

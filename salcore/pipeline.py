@@ -3,26 +3,36 @@
 
 from __future__ import annotations
 
-import dataclasses
 import time
 from collections.abc import Generator
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .errors import ParameterError
+from .errors import GeometryError
 from .frames import Frames, build_frames
 from .geometry import Floats, Geometry, Indices, clean
 from .graph import Graph, build_graph
-from .interest import Interest, boundary_extremities, select
-from .metrics import Errors, Surface, compare
-from .parameters import TARGETS, Parameters
+from .interest import boundary_extremities, select
+from .levels import cut_faces, living_ancestors, optimal_positions
+from .parameters import Parameters
 from .progress import Callback, Progress, run, staged
+from .progressive import Elimination, Weights, eliminate
 from .regions import Regions, build_regions
+from .result import Simplification
 from .saliency import Saliency, build_saliency
+from .surface import elimination_surface
+from .targets import count_for, count_within, one_target
+
+
+@dataclass(eq=False)
+class _Order:
+    """The last order of elimination, and what it was made for."""
+
+    key: tuple[bytes, bytes] = (b"", b"")
+    elimination: Elimination | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,6 +62,7 @@ class Analysis:
     extremities: NDArray[np.bool_]
     parameters: Parameters
     seconds: float
+    _order: _Order = field(default_factory=_Order, repr=False)
 
     @property
     def saliency(self) -> Floats:
@@ -68,67 +79,177 @@ class Analysis:
         """(N, 3) float64 unit normals of all input points; zero where there is none."""
         return self._of_input(self.frames.normals, 0.0)
 
-    def interest(self, alpha: float) -> NDArray[np.bool_]:
-        """Return (N,) bool: the input points that `simplify(alpha=alpha)` keeps."""
-        mask = np.zeros(self.geometry.input_count, dtype=bool)
-        mask[self.simplify(alpha=alpha).indices] = True
-        return mask
-
     def simplify(
-        self, *, alpha: float | None = None, progress: Callback | None = None
+        self,
+        *,
+        protect: ArrayLike | None = None,
+        importance: ArrayLike | None = None,
+        progress: Callback | None = None,
+        **target: float | None,
     ) -> Simplification:
         """Return the simplification for exactly one target.
 
         Parameters
         ----------
+        ratio : float
+            Share of the valid input points to keep, exact to the point.
+        count : int
+            Number of points to keep, exact.
+        max_error : float
+            Largest distance from an input point to the simplified surface, as the report measures
+            it: a share of the diagonal, or a length with ``error_unit="length"``.
         alpha : float
             Threshold α of (4.7), in per cent, at least 0: more keeps fewer points.
+        protect : (N,) array_like of bool, optional
+            Points that are never removed.
+        importance : (N,) array_like of float, optional
+            At least 0; a point's removal costs 1 + importance times as much.
         progress : callable, optional
             Called with stage and fraction; returning False cancels.
 
         Raises
         ------
         ParameterError
-            If no target is given, or one is out of bounds.
+            If not exactly one target is given, or it is out of bounds.
+        GeometryError
+            If `protect` or `importance` is not one value a point.
         Cancelled
             If `progress` returned False.
+
+        Notes
+        -----
+        The order of elimination is worked out once and kept, unless `protect` or `importance`
+        change; every further count is a cut through it, in O(n).
         """
-        return run(self.simplify_steps(alpha=alpha), progress)
+        return run(self.simplify_steps(protect=protect, importance=importance, **target), progress)
 
     def simplify_steps(
-        self, *, alpha: float | None = None
+        self,
+        *,
+        protect: ArrayLike | None = None,
+        importance: ArrayLike | None = None,
+        **target: float | None,
     ) -> Generator[Progress, None, Simplification]:
         """Yield progress and return what `simplify` returns; for hosts that work in slices."""
-        (target,) = TARGETS
-        if alpha is None:
-            raise ParameterError("no target given: give alpha")
-        alpha = target.check(alpha)
+        name, value = one_target(target)
         begun = time.perf_counter()
-        yield Progress("Interest points", 0.0)
+        mask = self._of_vertices(protect, "protect").astype(bool)
+        if name == "alpha":
+            yield Progress("Interest points", 0.0)
+            return self._by_threshold(value, mask, begun)
+        extra = self._of_vertices(importance, "importance")
+        elimination = yield from self._eliminate(mask, extra)
+        available = int(np.count_nonzero(self.geometry.vertex_of >= 0))
+        if name == "max_error":
+            count = yield from self._within_error(elimination, value, int(mask.sum()))
+        else:
+            count = count_for(name, value, available, int(mask.sum()))
+        yield Progress("Cut", 1.0)
+        return self._cut(elimination, count, begun)
+
+    def _by_threshold(
+        self, alpha: float, protect: NDArray[np.bool_], begun: float
+    ) -> Simplification:
+        """Keep the paper's interest points."""
         interest, source = select(
             self.geometry,
             self.graph,
             self.saliency_map.scaled,
             self.segmentation,
-            self.extremities,
+            self.extremities | protect,
             alpha,
             self.parameters,
         )
         kept = np.flatnonzero(interest.kept)
-        return Simplification(
-            analysis=self,
-            interest=interest,
-            indices=self.geometry.input_of[kept].astype(np.int64),
-            faces=None,
-            source=self._sources(kept, source),
-            seconds=time.perf_counter() - begun,
+        return self._result(kept, source, begun, interest=interest)
+
+    def _eliminate(
+        self, protect: NDArray[np.bool_], importance: Floats
+    ) -> Generator[Progress, None, Elimination]:
+        """Return the order of elimination, the last one if it was made for the same wishes."""
+        key = (protect.tobytes(), importance.tobytes())
+        if self._order.elimination is None or self._order.key != key:
+            parameters = self.parameters
+            yield Progress("Surface", 0.0)
+            faces, links = elimination_surface(self.geometry, self.graph, parameters)
+            loose = np.ones(len(self.geometry.points), dtype=bool)
+            loose[self.geometry.faces] = False
+            factor = (1.0 + parameters.detail * self.saliency_map.scaled) * (1.0 + importance)
+            weights = Weights(
+                factor * (1.0 + parameters.interest_weight * self.extremities),
+                parameters.evenness * loose,
+                protect,
+                parameters.border_weight,
+            )
+            steps = eliminate(self.geometry.points, faces, links, weights)
+            elimination = yield from staged("Elimination", 0.1, 0.9, steps)
+            self._order.key, self._order.elimination = key, elimination
+        return self._order.elimination
+
+    def _within_error(
+        self, elimination: Elimination, bound: float, protected: int
+    ) -> Generator[Progress, None, int]:
+        """Return about the fewest vertices whose measured error is within the bound."""
+        if self.parameters.error_unit == "diagonal":
+            bound *= self.geometry.diagonal
+        order = np.argsort(elimination.rank)
+        estimate = np.append(np.inf, elimination.error[order][:-1]) / self.geometry.scale
+
+        def measure(count: int) -> float:
+            return self._cut(elimination, count, 0.0).report.errors.surface.max
+
+        steps = count_within(bound, estimate, measure, max(protected, 1))
+        return (yield from staged("Error", 0.9, 1.0, steps))
+
+    def _cut(self, elimination: Elimination, count: int, begun: float) -> Simplification:
+        """Return the simplification to the first `count` ranks, and then to duplicates."""
+        geometry = self.geometry
+        source = living_ancestors(elimination, count)
+        kept = np.flatnonzero(elimination.rank < count)
+        faces = cut_faces(geometry.faces, source) if len(geometry.faces) else None
+        positions = None
+        if faces is not None and self.parameters.placement == "optimal":
+            positions = optimal_positions(
+                geometry.points, geometry.faces, self.parameters.border_weight, source, faces
+            )
+        return self._result(
+            kept, source, begun, faces=faces, positions=positions, copies=count - len(kept)
         )
 
-    def _sources(self, kept: Indices, source: Indices) -> NDArray[np.int64]:
-        """Return the position among the kept for every input point, from sources of vertices."""
-        position = np.full(len(source) + 1, -1, dtype=np.int64)
-        position[kept] = np.arange(len(kept))
-        return self._of_input(position[source], -1)
+    def _result(
+        self, kept: Indices, source: Indices, begun: float, *, copies: int = 0, **others: Any
+    ) -> Simplification:
+        """Bring kept vertices, and so many copies welded to them, into the input's numbers."""
+        return Simplification.of_vertices(
+            self.geometry,
+            kept,
+            source,
+            copies=copies,
+            normals=self.frames.normals,
+            regions=self.segmentation.count,
+            workers=self.parameters.workers,
+            seconds_analysis=self.seconds,
+            seconds=time.perf_counter() - begun,
+            **others,
+        )
+
+    def _of_vertices(self, values: ArrayLike | None, name: str) -> Floats:
+        """Return the largest of one value a point over each vertex; zero for None."""
+        geometry = self.geometry
+        result = np.zeros(len(geometry.points))
+        if values is None:
+            return result
+        array = np.asarray(values, dtype=np.float64)
+        if array.shape != (geometry.input_count,):
+            raise GeometryError(
+                f"{name} of shape {array.shape}: give one value for each of the "
+                f"{geometry.input_count} points"
+            )
+        if not np.isfinite(array).all() or (array < 0).any():
+            raise GeometryError(f"{name}: give finite values of at least 0")
+        valid = geometry.vertex_of >= 0
+        np.maximum.at(result, geometry.vertex_of[valid], array[valid])
+        return result
 
     def _of_input(self, values: NDArray[Any], missing: float) -> NDArray[Any]:
         """Spread values of vertices over the input points."""
@@ -138,109 +259,6 @@ class Analysis:
         result = values[vertex]
         result[vertex < 0] = missing
         return result
-
-
-@dataclass(frozen=True)
-class Report:
-    """Figures of one simplification.
-
-    Attributes
-    ----------
-    points_before, points_after : int
-        Input points, and kept ones.
-    rate : float
-        Share of the input points that went.
-    dropped, welded : int
-        Input points that were not finite, and that equalled another.
-    regions : int
-        Regions of like saliency.
-    extremities, salient, fillers, guards : int
-        Kept points by reason: on a boundary, salient, by the gap rule, by the coverage guard. A
-        point may have several.
-    errors : Errors
-        Between all clean input points and the kept ones, in the input's unit. The surface is that
-        of the tangent planes at the kept points.
-    seconds_analysis, seconds_selection : float
-    """
-
-    points_before: int
-    points_after: int
-    rate: float
-    dropped: int
-    welded: int
-    regions: int
-    extremities: int
-    salient: int
-    fillers: int
-    guards: int
-    errors: Errors
-    seconds_analysis: float
-    seconds_selection: float
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return nested dicts, ready for JSON."""
-        return dataclasses.asdict(self)
-
-
-@dataclass(frozen=True, eq=False)
-class Simplification:
-    """What is kept, and what stands for the rest.
-
-    Attributes
-    ----------
-    analysis : Analysis
-    interest : Interest
-        Why each vertex stays.
-    indices : (M,) int64
-        Kept input points, ascending.
-    faces : (K, 3) int64 or None
-        Faces over positions in `indices`; None for a cloud.
-    source : (N,) int64
-        Position in `indices` of the kept point that stands for each input point; -1 for dropped
-        points.
-    seconds : float
-        Time the selection took.
-    """
-
-    analysis: Analysis
-    interest: Interest
-    indices: NDArray[np.int64]
-    faces: NDArray[np.int64] | None
-    source: NDArray[np.int64]
-    seconds: float
-
-    @cached_property
-    def report(self) -> Report:
-        """Figures, measured when first asked for."""
-        geometry, interest = self.analysis.geometry, self.interest
-        finite = int(np.count_nonzero(geometry.vertex_of >= 0))
-        before, after = geometry.input_count, len(self.indices)
-        return Report(
-            points_before=before,
-            points_after=after,
-            rate=1.0 - after / before if before else 0.0,
-            dropped=before - finite,
-            welded=finite - len(geometry.points),
-            regions=self.analysis.segmentation.count,
-            extremities=int(interest.extremities.sum()),
-            salient=int(interest.salient.sum()),
-            fillers=int(interest.fillers.sum()),
-            guards=int(interest.guards.sum()),
-            errors=self._errors(),
-            seconds_analysis=self.analysis.seconds,
-            seconds_selection=self.seconds,
-        )
-
-    def _errors(self) -> Errors:
-        """Measure in the clean vertices' frame and return lengths in the input's unit."""
-        geometry, kept = self.analysis.geometry, self.interest.kept
-        points, normals = geometry.points / geometry.scale, self.analysis.frames.normals
-        none = np.empty((0, 3), dtype=np.intp)
-        return compare(
-            Surface(points, none, normals),
-            Surface(points[kept], none, normals[kept]),
-            workers=self.analysis.parameters.workers,
-        )
 
 
 def analyze(
@@ -319,9 +337,20 @@ def simplify(
     normals: ArrayLike | None = None,
     parameters: Parameters | None = None,
     *,
-    alpha: float | None = None,
+    protect: ArrayLike | None = None,
+    importance: ArrayLike | None = None,
     progress: Callback | None = None,
+    **target: float | None,
 ) -> Simplification:
-    """Analyse and simplify in one call; see `analyze` and `Analysis.simplify`."""
+    """Analyse and simplify in one call; see `analyze` and `Analysis.simplify`.
+
+    Examples
+    --------
+    >>> import numpy as np, salcore
+    >>> cloud = np.random.default_rng(0).random((1000, 3))
+    >>> len(salcore.simplify(cloud, ratio=0.25).indices)
+    250
+    """
+    one_target(target)  # before the long part
     analysis = analyze(points, faces, normals, parameters, progress=progress)
-    return analysis.simplify(alpha=alpha, progress=progress)
+    return analysis.simplify(protect=protect, importance=importance, progress=progress, **target)

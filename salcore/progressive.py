@@ -318,7 +318,7 @@ class _State:
         self.a_to_b[dead] = self.b_to_a[dead] = np.inf
         self.dead_edges += len(dead)
 
-    def _merge(self, gone: Indices, into: Indices) -> None:
+    def _merge(self, gone: Indices, into: Ints) -> None:
         """Add up quadrics on the vertices that stay, and renew the costs round them."""
         for total in (self.area, self.heaped):
             np.add.at(total, into, total[gone])

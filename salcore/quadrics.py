@@ -78,7 +78,7 @@ def vertex_quadrics(
 
 def _ends_surface(normals: Floats, edges: Edges) -> NDArray[np.bool_]:
     """Return the edges of one face, of more than two, or of two that fold back."""
-    ends = edges.uses != 2
+    ends = np.asarray(edges.uses != 2)
     order = np.argsort(edges.of_side, kind="stable")
     first = np.cumsum(edges.uses) - edges.uses
     pair = np.flatnonzero(edges.uses == 2)

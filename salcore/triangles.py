@@ -85,7 +85,8 @@ def star_triangles(stars: NDArray[np.int32]) -> NDArray[np.int32]:
     same = (corners[1:] == corners[:-1]).all(axis=1)
     first = np.append(True, ~same)[: len(corners)]
     again = np.append(same, False)[: len(corners)]
-    return corners[first & again]
+    surface: NDArray[np.int32] = corners[first & again]
+    return surface
 
 
 def _sorted_rows(corners: NDArray[np.int32], count: int) -> NDArray[np.int32]:

@@ -45,11 +45,12 @@ def test_welding_agrees_with_numpy():
 
 def test_invalid_points_are_dropped_and_mapped():
     points = np.array([[0, 0, 0], [np.nan, 0, 0], [1, 0, 0], [0, np.inf, 0], [0, 1, 0], [1, 1, 0]])
-    result = salcore.simplify(points, alpha=0)
+    analysis = salcore.analyze(points)
+    result = analysis.simplify(alpha=0)
     assert not np.isin(result.indices, [1, 3]).any()
     assert result.source[[1, 3]].tolist() == [-1, -1]
-    assert result.analysis.saliency[[1, 3]].tolist() == [0, 0]
-    assert result.analysis.regions[[1, 3]].tolist() == [-1, -1]
+    assert analysis.saliency[[1, 3]].tolist() == [0, 0]
+    assert analysis.regions[[1, 3]].tolist() == [-1, -1]
     assert result.report.dropped == 2
 
 

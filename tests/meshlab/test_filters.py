@@ -161,7 +161,7 @@ def test_error_between_layers():
         ("compute_scalar_by_saliency_per_vertex", {"tolerence": 1}, "did you mean tolerance"),
         ("compute_scalar_by_saliency_per_vertex", {"cells": 0}, "cells=0: give a whole number"),
         ("compute_scalar_by_saliency_per_vertex", {"preset": "x"}, "preset='x'"),
-        ("generate_simplified_point_cloud_by_saliency", {}, "no target given: give alpha"),
+        ("generate_simplified_point_cloud_by_saliency", {}, "no target given: give one of"),
         ("get_simplification_error", {"simplifiedmesh": 9}, "simplifiedmesh=9: there is no such"),
     ],
 )

@@ -1,0 +1,205 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a simplification returns: what is kept, what stands for the rest, and the figures."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .geometry import Floats, Geometry, Indices
+from .interest import Interest
+from .metrics import Errors, Surface, compare
+
+
+@dataclass(frozen=True)
+class Report:
+    """Figures of one simplification.
+
+    Attributes
+    ----------
+    points_before, points_after, faces_before, faces_after : int
+        Input points and valid faces, and kept ones.
+    rate : float
+        Share of the input points that went.
+    dropped, welded : int
+        Input points that were not finite, and that equalled another.
+    regions : int
+        Regions of like saliency.
+    extremities, salient, fillers, guards : int or None
+        For a threshold α, kept points by reason: on a boundary, salient, by the gap rule, by the
+        coverage guard. A point may have several.
+    errors : Errors
+        Between the input's points and the kept ones, in the input's unit. The surfaces are those
+        of the faces; without faces, of the tangent planes at the nearest points.
+    seconds_analysis, seconds_selection : float
+    """
+
+    points_before: int
+    points_after: int
+    faces_before: int
+    faces_after: int
+    rate: float
+    dropped: int
+    welded: int
+    regions: int
+    extremities: int | None
+    salient: int | None
+    fillers: int | None
+    guards: int | None
+    errors: Errors
+    seconds_analysis: float
+    seconds_selection: float
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return nested dicts, ready for JSON."""
+        return dataclasses.asdict(self)
+
+
+@dataclass(frozen=True, eq=False)
+class Simplification:
+    """What is kept, and what stands for the rest.
+
+    Attributes
+    ----------
+    indices : (M,) int64
+        Kept input points, ascending.
+    faces : (K, 3) int64 or None
+        Faces over positions in `indices`; None for a cloud and for a threshold α.
+    source : (N,) int64
+        Position in `indices` of the kept point that stands for each input point; -1 for points
+        that were not finite.
+    positions : (M, 3) float64 or None
+        Where the kept points move to with ``placement="optimal"``, in the input's unit; None where
+        they stay.
+    interest : Interest or None
+        For a threshold α, why each vertex stays.
+    seconds : float
+        Time the selection took.
+    """
+
+    indices: NDArray[np.int64]
+    faces: NDArray[np.int64] | None
+    source: NDArray[np.int64]
+    positions: Floats | None
+    interest: Interest | None
+    seconds: float
+    _context: _Context = dataclasses.field(repr=False)
+
+    @classmethod
+    def of_vertices(
+        cls,
+        geometry: Geometry,
+        kept: Indices,
+        source: Indices,
+        *,
+        copies: int = 0,
+        faces: Indices | None = None,
+        positions: Floats | None = None,
+        interest: Interest | None = None,
+        seconds: float = 0.0,
+        **context: Any,
+    ) -> Simplification:
+        """Make a result in the input's numbers from vertices.
+
+        Parameters
+        ----------
+        geometry : Geometry
+        kept : (M,) intp
+            Kept vertices, ascending.
+        source : (n,) intp
+            Kept vertex that stands for each; -1 for none.
+        copies : int
+            Input points, welded to others, that stay as well.
+        faces : (K, 3) intp, optional
+            Faces over vertices.
+        positions : (n, 3) float64, optional
+            New positions of the vertices.
+        **context
+            What the report needs besides.
+        """
+        first = geometry.input_of[kept]
+        copy = np.empty(0, dtype=np.intp)
+        if copies:
+            twin = geometry.vertex_of >= 0
+            twin[geometry.input_of] = False
+            copy = np.flatnonzero(twin)[:copies]
+        indices = np.sort(np.concatenate([first, copy]))
+        place = np.full(len(source) + 1, -1, dtype=np.int64)
+        place[kept] = np.searchsorted(indices, first)
+        # Vertex -1, a dropped point or one that nothing stands for, finds the last entry.
+        sources = place[np.append(source, -1)][geometry.vertex_of]
+        sources[copy] = np.searchsorted(indices, copy)
+        moved = None
+        if positions is not None:
+            vertex = geometry.vertex_of[indices]
+            moved = positions[vertex] / geometry.scale + geometry.centre
+        return cls(
+            indices=indices.astype(np.int64),
+            faces=None if faces is None else place[faces],
+            source=sources,
+            positions=moved,
+            interest=interest,
+            seconds=seconds,
+            _context=_Context(geometry, **context),
+        )
+
+    @cached_property
+    def report(self) -> Report:
+        """Figures, measured when first asked for."""
+        context, interest = self._context, self.interest
+        geometry = context.geometry
+        finite = int(np.count_nonzero(geometry.vertex_of >= 0))
+        before, after = geometry.input_count, len(self.indices)
+        reasons = {
+            name: None if interest is None else int(getattr(interest, name).sum())
+            for name in ("extremities", "salient", "fillers", "guards")
+        }
+        return Report(
+            points_before=before,
+            points_after=after,
+            faces_before=len(geometry.faces),
+            faces_after=0 if self.faces is None else len(self.faces),
+            rate=1.0 - after / before if before else 0.0,
+            dropped=before - finite,
+            welded=finite - len(geometry.points),
+            regions=context.regions,
+            errors=self._errors(),
+            seconds_analysis=context.seconds_analysis,
+            seconds_selection=self.seconds,
+            **reasons,
+        )
+
+    def _errors(self) -> Errors:
+        """Measure in the clean vertices' frame and return lengths in the input's unit."""
+        context, geometry = self._context, self._context.geometry
+        points = geometry.points / geometry.scale
+        vertex = geometry.vertex_of[self.indices]
+        kept, normals = points[vertex], context.normals
+        none = np.empty((0, 3), dtype=np.intp)
+        if self.positions is not None:
+            kept = self.positions - geometry.centre
+        if self.faces is None:
+            return compare(
+                Surface(points, none, normals),
+                Surface(kept, none, normals[vertex]),
+                workers=context.workers,
+            )
+        return compare(
+            Surface(points, geometry.faces), Surface(kept, self.faces), workers=context.workers
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class _Context:
+    """What the report needs of the analysis."""
+
+    geometry: Geometry
+    normals: Floats
+    regions: int
+    workers: int
+    seconds_analysis: float

@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a simplification can be asked for, and how many points that comes to."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator
+from typing import Any
+
+import numpy as np
+
+from .errors import ParameterError
+from .geometry import Floats
+from .parameters import TARGETS
+
+CLOSE = 0.01
+"""Share of the count to which the fewest points within an error are found."""
+STEP = 1.4
+"""Factor by which the count grows or falls until it brackets the error."""
+
+
+def one_target(targets: dict[str, Any]) -> tuple[str, float]:
+    """Return the name and the checked value of the one target that is not None.
+
+    Raises
+    ------
+    ParameterError
+        If there is none, more than one, or one out of bounds.
+    """
+    rows = {row.name: row for row in TARGETS}
+    given = {name: value for name, value in targets.items() if value is not None}
+    unknown = [name for name in given if name not in rows]
+    if unknown:
+        raise ParameterError(f"no target {unknown[0]!r}: give one of {', '.join(rows)}")
+    if not given:
+        raise ParameterError(f"no target given: give one of {', '.join(rows)}")
+    if len(given) > 1:
+        raise ParameterError(f"{len(given)} targets given ({', '.join(given)}): give one of them")
+    ((name, value),) = given.items()
+    return name, rows[name].check(value)
+
+
+def count_for(name: str, value: float, available: int, protected: int) -> int:
+    """Return the number of points for the target "count" or "ratio".
+
+    Raises
+    ------
+    ParameterError
+        If there are fewer points, or more protected ones.
+    """
+    if name == "count" and value > available:
+        raise ParameterError(
+            f"count={value}: there are {available} valid points; give at most so many"
+        )
+    count = int(value) if name == "count" else max(round(value * available), min(1, available))
+    if count < protected:
+        raise ParameterError(
+            f"{name}={value:g}: that is {count} points, but {protected} are protected; "
+            "give more or protect fewer"
+        )
+    return count
+
+
+def count_within(
+    bound: float, estimate: Floats, measure: Callable[[int], float], least: int
+) -> Generator[float, None, int]:
+    """Yield the share done; return about the fewest points whose measured error is within a bound.
+
+    Parameters
+    ----------
+    bound : float
+    estimate : (n,) float64
+        Estimated error of keeping 0, 1, 2, ... points, falling; it says where to start.
+    measure : callable
+        Returns the measured error of a count.
+    least : int
+        Fewest points to try.
+
+    Notes
+    -----
+    The measured error need not fall with every point added; the count returned was measured, and
+    is within one per cent of one that is too small.
+    """
+    most = len(estimate)
+    high = int(np.clip(np.count_nonzero(estimate > bound), max(least, 1), most))
+    low = 0
+    steps = 0
+    while high < most and measure(high) > bound:
+        low, high = high, min(int(high * STEP) + 1, most)
+        steps += 1
+        yield 1.0 - 0.8**steps
+    while not low and high > max(least, 1):
+        lower = max(int(high / STEP), least, 1)
+        if measure(lower) > bound:
+            low = lower
+        else:
+            high = lower
+        steps += 1
+        yield 1.0 - 0.8**steps
+    while low and high - low > max(CLOSE * high, 1):
+        middle = (low + high) // 2
+        if measure(middle) > bound:
+            low = middle
+        else:
+            high = middle
+        steps += 1
+        yield 1.0 - 0.8**steps
+    return high
