@@ -10,6 +10,7 @@ from .filters import (
     filter_parameter_values,
     generate_simplified_point_cloud_by_saliency,
     get_simplification_error,
+    meshing_decimation_by_saliency,
 )
 
 __all__ = [
@@ -21,4 +22,5 @@ __all__ = [
     "filter_parameter_values",
     "generate_simplified_point_cloud_by_saliency",
     "get_simplification_error",
+    "meshing_decimation_by_saliency",
 ]

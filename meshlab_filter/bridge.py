@@ -3,12 +3,15 @@
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Iterable
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import pymeshlab
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 import salcore
 
@@ -42,35 +45,91 @@ def surface(mesh: Any) -> salcore.Surface:
     return salcore.make_surface(mesh.transformed_vertex_matrix(), faces)
 
 
-def add_subset(
-    mesh_set: Any, mesh: Any, indices: NDArray[np.integer], name: str, custom: Iterable[str] = ()
+def add_simplified(
+    mesh_set: Any,
+    mesh: Any,
+    result: salcore.Simplification,
+    name: str,
+    *,
+    custom: Iterable[str] = (),
+    with_faces: bool = True,
 ) -> None:
-    """Add a layer of some points of `mesh`, with all that MeshLab keeps on points, as current.
+    """Add a layer of what a simplification keeps of `mesh`, as the current one.
 
-    Colours, normals, quality, texture coordinates and selection are carried over, and so is the
-    layer's matrix; `custom` names custom scalar attributes to carry over too (pymeshlab cannot
-    list them).
+    Colours, normals, quality, texture coordinates and selection of the kept points are carried
+    over, and the layer's matrix; of kept faces also colours, quality, wedge texture coordinates and
+    the texture. `custom` names custom scalar attributes to carry over too (pymeshlab cannot list
+    them).
     """
-    arrays = {
-        "v_normals_matrix": mesh.vertex_normal_matrix()[indices],
-        "v_color_matrix": mesh.vertex_color_matrix()[indices] if mesh.has_vertex_color() else None,
-        "v_scalar_array": mesh.vertex_scalar_array()[indices] if mesh.has_vertex_scalar() else None,
-        "v_tex_coords_matrix": (
-            mesh.vertex_tex_coord_matrix()[indices] if mesh.has_vertex_tex_coord() else None
-        ),
-    }
+    indices = result.indices
+    arrays = _vertex_arrays(mesh, indices)
+    points = mesh.vertex_matrix()[indices] if result.positions is None else result.positions
+    faces = result.faces if with_faces else None
+    if faces is not None and len(faces):
+        arrays |= {"face_matrix": faces.astype(np.int32)} | _face_arrays(mesh, result)
     selected = mesh.vertex_selection_array()[indices]
     attributes = {key: mesh.vertex_custom_scalar_attribute_array(key)[indices] for key in custom}
-    matrix = mesh.transform_matrix()
-    present = {key: value for key, value in arrays.items() if value is not None}
+    matrix, textures = mesh.transform_matrix(), {} if faces is None else mesh.textures()
     # An attribute added to a mesh before it joins the set crashes the next filter.
-    mesh_set.add_mesh(pymeshlab.Mesh(mesh.vertex_matrix()[indices], **present), name)
+    mesh_set.add_mesh(pymeshlab.Mesh(points, **arrays), name)
     for key, values in attributes.items():
         mesh_set.current_mesh().add_vertex_custom_scalar_attribute(values, key)
     if selected.any():
         set_selection(mesh_set, selected)
     if not np.array_equal(matrix, np.eye(4)):
         mesh_set.set_matrix(transformmatrix=matrix, freeze=False)
+    if len(textures) == 1:
+        _set_texture(mesh_set, *next(iter(textures.items())))
+
+
+def _vertex_arrays(mesh: Any, indices: NDArray[np.integer]) -> dict[str, Any]:
+    """Return the arguments of a new mesh for what these vertices carry."""
+    arrays = {"v_normals_matrix": mesh.vertex_normal_matrix()[indices]}
+    if mesh.has_vertex_color():
+        arrays["v_color_matrix"] = mesh.vertex_color_matrix()[indices]
+    if mesh.has_vertex_scalar():
+        arrays["v_scalar_array"] = mesh.vertex_scalar_array()[indices]
+    if mesh.has_vertex_tex_coord():
+        arrays["v_tex_coords_matrix"] = mesh.vertex_tex_coord_matrix()[indices]
+    return arrays
+
+
+def _face_arrays(mesh: Any, result: salcore.Simplification) -> dict[str, Any]:
+    """Return the arguments of a new mesh for what the faces that are left carry."""
+    origin = result.face_source
+    arrays = {}
+    if mesh.has_face_color():
+        arrays["f_color_matrix"] = mesh.face_color_matrix()[origin]
+    if mesh.has_face_scalar():
+        arrays["f_scalar_array"] = mesh.face_scalar_array()[origin]
+    if mesh.has_wedge_tex_coord():
+        arrays["w_tex_coords_matrix"] = _wedges(mesh, result)
+    return arrays
+
+
+def _wedges(mesh: Any, result: salcore.Simplification) -> Floats:
+    """Return texture coordinates (3 K, 2) for the corners of the faces that are left.
+
+    A corner whose vertex stays keeps its own. One whose vertex went into another takes, of all
+    that the other has at its faces, those nearest to its own: those of its chart.
+    """
+    wedges = mesh.wedge_tex_coord_matrix()
+    corners = mesh.face_matrix().ravel()
+    wanted = wedges.reshape(-1, 3, 2)[result.face_source].reshape(-1, 2)
+    vertices = result.indices[result.faces].ravel()
+    # The vertex is a third coordinate, in steps longer than any distance in the chart.
+    step = 2.0 * np.linalg.norm(np.ptp(wedges, axis=0)) + 1.0
+    tree = cKDTree(np.column_stack([wedges, step * corners]))
+    nearest = tree.query(np.column_stack([wanted, step * vertices]), workers=-1)[1]
+    return np.asarray(wedges[nearest])
+
+
+def _set_texture(mesh_set: Any, name: str, image: Any) -> None:
+    """Give the current layer a texture; pymeshlab takes it from a file only."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / Path(name).name
+        image.save(str(path))
+        mesh_set.set_texture_per_mesh(textname=str(path))
 
 
 def set_scalar(mesh_set: Any, values: NDArray[Any], name: str) -> None:

@@ -48,13 +48,19 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=f"%(prog)s {salcore.__version__}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
 
-    simplify = _command(commands, "simplify", _simplify, "keep the salient points of a file")
+    simplify = _command(commands, "simplify", _simplify, "keep the salient part of a file")
     _add_files(simplify)
     target = simplify.add_argument_group("target (one is required)")
     choice = target.add_mutually_exclusive_group(required=True)
     for row in salcore.TARGETS:
         _add_parameter(choice, row)
+    _add_simplification(simplify)
     _add_report(simplify)
+
+    lods = _command(commands, "lods", _lods, "write levels of detail of a file")
+    _add_files(lods)
+    lods.add_argument("--ratios", type=float, nargs="+", required=True, metavar="R")
+    _add_simplification(lods)
 
     for name, run, what in (
         ("saliency", _saliency, "write a file with saliency as quality and colour"),
@@ -102,6 +108,13 @@ def _add_files(command: argparse.ArgumentParser) -> None:
         group = groups.setdefault(row.group, None) or command.add_argument_group(row.group.lower())
         groups[row.group] = group
         _add_parameter(group, row)
+
+
+def _add_simplification(command: argparse.ArgumentParser) -> None:
+    command.add_argument("--points", action="store_true", help="write points, no faces")
+    command.add_argument(
+        "--protect-selected", action="store_true", help="keep all points selected in the file"
+    )
 
 
 def _add_report(command: argparse.ArgumentParser) -> None:
@@ -166,26 +179,75 @@ def _write(mesh_set: Any, options: argparse.Namespace) -> None:
         files.save_mesh(mesh_set, options.output)
 
 
-def _analyze(mesh_set: Any, options: argparse.Namespace) -> tuple[bridge.Arrays, salcore.Analysis]:
-    arrays = bridge.read(mesh_set.current_mesh())
+def _analysis(
+    mesh_set: Any, options: argparse.Namespace, progress: filters.Callback | None
+) -> salcore.Analysis:
+    """Analyse the current layer with the parameters chosen."""
     values = {"preset": options.preset} | _chosen(options, salcore.TABLE)
-    parameters = filters.make_parameters(**values)
+    arrays = bridge.read(mesh_set.current_mesh())
+    return salcore.analyze(*arrays, filters.make_parameters(**values), progress=progress)
+
+
+def _analyze(mesh_set: Any, options: argparse.Namespace) -> tuple[bridge.Arrays, salcore.Analysis]:
     with _progress(options.quiet) as progress:
-        return arrays, salcore.analyze(*arrays, parameters, progress=progress)
+        analysis = _analysis(mesh_set, options, progress)
+    return bridge.read(mesh_set.current_mesh()), analysis
 
 
 def _simplify(options: argparse.Namespace) -> None:
     mesh_set = _open(options)
-    values = {"preset": options.preset} | _chosen(options, salcore.TABLE + salcore.TARGETS)
+    source = mesh_set.current_mesh()
+    target = _chosen(options, salcore.TARGETS)
     with _progress(options.quiet) as progress:
-        report = filters.generate_simplified_point_cloud_by_saliency(
-            mesh_set, progress=progress, **values
+        result = _analysis(mesh_set, options, progress).simplify(
+            protect=_protected(source, options), progress=progress, **target
         )
+    if not len(result.indices):
+        raise salcore.ParameterError("no point would be kept: give another target")
+    name = f"{source.label()} simplified"
+    bridge.add_simplified(mesh_set, source, result, name, with_faces=not options.points)
     _write(mesh_set, options)
+    report = result.report.as_dict()
     if options.report is not None:
         files.write_text(options.report, json.dumps(report, indent=2))
     if not options.quiet:
         print(_figures(report))
+
+
+def _lods(options: argparse.Namespace) -> None:
+    if "{}" not in options.output.name:
+        raise salcore.ParameterError(
+            f"output={options.output.name!r}: name a pattern with {{}} for the level, "
+            "such as light_{}.ply"
+        )
+    outputs = [
+        options.output.with_name(options.output.name.replace("{}", str(level)))
+        for level in range(len(options.ratios))
+    ]
+    for output in outputs:
+        files.check_output(output, [options.input], force=options.force)
+        if output.suffix.lower() == files.PROJECT:
+            raise salcore.ParameterError(f"{output}: levels are mesh files; name a mesh format")
+    mesh_set = files.load(options.input, _say)
+    files.choose_layer(mesh_set, options.layer)
+    source = mesh_set.current_mesh()
+    protect = _protected(source, options)
+    with _progress(options.quiet) as progress:
+        analysis = _analysis(mesh_set, options, progress)
+        levels = [
+            analysis.simplify(ratio=ratio, protect=protect, progress=progress)
+            for ratio in options.ratios
+        ]
+    for output, result in zip(outputs, levels, strict=True):
+        bridge.add_simplified(mesh_set, source, result, output.stem, with_faces=not options.points)
+        files.save_mesh(mesh_set, output)
+        if not options.quiet:
+            faces = "" if result.faces is None else f", {len(result.faces):,} faces"
+            print(f"  {output.name}: {len(result.indices):,} points{faces}")
+
+
+def _protected(mesh: Any, options: argparse.Namespace) -> Any:
+    return mesh.vertex_selection_array() if options.protect_selected else None
 
 
 def _saliency(options: argparse.Namespace) -> None:
@@ -248,6 +310,8 @@ def _figures(report: dict[str, Any]) -> str:
     lines = [
         f"  points   {report['points_before']:,} -> {report['points_after']:,} "
         f"({report['rate']:.1%} less)",
+        *[f"  faces    {report['faces_before']:,} -> {report['faces_after']:,}"]
+        * bool(report["faces_after"]),
         _error_figures(report["errors"]),
         f"  seconds  {report['seconds_analysis']:.2f} analysis, "
         f"{report['seconds_selection']:.2f} selection",

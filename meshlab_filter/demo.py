@@ -7,7 +7,6 @@ import json
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pymeshlab
 
 import salcore
@@ -67,7 +66,7 @@ def run(folder: Path, progress: filters.Callback | None = None) -> dict[str, Any
         bridge.set_scalar(mesh_set, analysis.saliency, "saliency")
         bridge.set_colors(mesh_set, saliency_colors(analysis.saliency))
         files.save_mesh(mesh_set, folder / f"{name}_saliency.ply")
-        bridge.add_subset(mesh_set, mesh_set.current_mesh(), np.asarray(result.indices), name)
+        bridge.add_simplified(mesh_set, mesh_set.current_mesh(), result, name)
         files.save_mesh(mesh_set, folder / f"{name}_simplified.ply")
         mesh_set.set_current_mesh(0)
         bridge.set_scalar(mesh_set, analysis.regions, "region")

@@ -13,6 +13,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+import pymeshlab
 from numpy.typing import NDArray
 
 import salcore
@@ -151,7 +152,36 @@ def compute_scalar_by_saliency_region_per_vertex(
     return {"regions": analysis.segmentation.count, "seconds": analysis.seconds}
 
 
-@_filter(**_ANALYSIS, **dict.fromkeys(_TARGETS))
+_SIMPLIFICATION = _ANALYSIS | dict.fromkeys(_TARGETS) | {"protectselected": False}
+
+
+def _simplify(
+    mesh_set: Any,
+    progress: Callback | None = None,
+    *,
+    protectselected: bool = False,
+    **parameters: Any,
+) -> salcore.Simplification:
+    """Simplify the current layer by the one target among the parameters.
+
+    A `pymeshlab.PercentageValue` for the largest error is one of the diagonal, a `PureValue` is a
+    length, as in MeshLab's own filters.
+    """
+    targets, others = _split(parameters)
+    error = targets.get("max_error")
+    if isinstance(error, pymeshlab.PercentageValue):
+        targets["max_error"], others["error_unit"] = error.value() / 100.0, "diagonal"
+    elif isinstance(error, pymeshlab.PureValue):
+        targets["max_error"], others["error_unit"] = error.value(), "length"
+    analysis = _analyze(mesh_set, progress, **others)
+    protect = mesh_set.current_mesh().vertex_selection_array() if protectselected else None
+    result = analysis.simplify(protect=protect, progress=progress, **targets)
+    if not len(result.indices):
+        raise salcore.ParameterError("no point would be kept: give another target")
+    return result
+
+
+@_filter(**_SIMPLIFICATION)
 def compute_selection_by_interest_points_per_vertex(
     mesh_set: Any, *, progress: Callback | None = None, **parameters: Any
 ) -> dict[str, Any]:
@@ -162,15 +192,14 @@ def compute_selection_by_interest_points_per_vertex(
     dict
         `selected`: their number.
     """
-    targets, others = _split(parameters)
-    analysis = _analyze(mesh_set, progress, **others)
-    selected = np.zeros(analysis.geometry.input_count, dtype=bool)
-    selected[analysis.simplify(**targets).indices] = True
+    result = _simplify(mesh_set, progress, **parameters)
+    selected = np.zeros(mesh_set.current_mesh().vertex_number(), dtype=bool)
+    selected[result.indices] = True
     bridge.set_selection(mesh_set, selected, "interest")
     return {"selected": int(selected.sum())}
 
 
-@_filter(**_ANALYSIS, **dict.fromkeys(_TARGETS), customattributes=())
+@_filter(**_SIMPLIFICATION, customattributes=())
 def generate_simplified_point_cloud_by_saliency(
     mesh_set: Any,
     *,
@@ -188,15 +217,49 @@ def generate_simplified_point_cloud_by_saliency(
     dict
         The report: counts, rate, errors, seconds.
     """
-    targets, others = _split(parameters)
-    result = _analyze(mesh_set, progress, **others).simplify(**targets)
+    result = _simplify(mesh_set, progress, **parameters)
     source = mesh_set.current_mesh()
-    if not len(result.indices):
-        raise salcore.ParameterError(
-            "no point would be kept: lower alpha, or set maxgap to 1 or more"
-        )
     name = f"{source.label()} simplified"
-    bridge.add_subset(mesh_set, source, result.indices, name, customattributes)
+    bridge.add_simplified(mesh_set, source, result, name, custom=customattributes, with_faces=False)
+    return result.report.as_dict()
+
+
+@_filter(**_SIMPLIFICATION, customattributes=())
+def meshing_decimation_by_saliency(
+    mesh_set: Any,
+    *,
+    customattributes: tuple[str, ...] = (),
+    progress: Callback | None = None,
+    **parameters: Any,
+) -> dict[str, Any]:
+    """Simplify the mesh of the current layer, and stay a mesh.
+
+    Vertices keep what the point cloud's do, faces their colours, quality and wedge texture
+    coordinates. Where a seam of the texture runs, both sides keep theirs, as far as a kept vertex
+    lies on the seam; seams themselves are not protected. A mesh with several textures keeps its
+    coordinates, not the textures. pymeshlab cannot exchange a layer's mesh, so the layer gets a new
+    number; its label and matrix stay.
+
+    Returns
+    -------
+    dict
+        The report: counts, rate, errors, seconds.
+    """
+    if mesh_set.mesh_number() and not mesh_set.current_mesh().face_number():
+        raise salcore.GeometryError(
+            "the layer has no faces: use generate_simplified_point_cloud_by_saliency"
+        )
+    if parameters.get("alpha") is not None:
+        raise salcore.ParameterError("alpha gives points: give ratio, count or max_error")
+    result = _simplify(mesh_set, progress, **parameters)
+    source = mesh_set.current_mesh()
+    number, label = source.id(), source.label()
+    bridge.add_simplified(mesh_set, source, result, "simplified", custom=customattributes)
+    light = mesh_set.current_mesh_id()
+    mesh_set.set_current_mesh(number)
+    mesh_set.delete_current_mesh()
+    mesh_set.set_current_mesh(light)
+    mesh_set.current_mesh().set_label(label)
     return result.report.as_dict()
 
 

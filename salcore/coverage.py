@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from .geometry import Floats, Indices
-from .graph import Graph
+from .graph import Graph, scrambled
 from .rows import row_entries, row_max
 
 Mask = NDArray[np.bool_]
@@ -86,15 +86,15 @@ def _spread(points: Floats, graph: Graph, kept: Mask, max_gap: int) -> Indices:
 def _independent(graph: Graph, bare: Indices, rings: int) -> Indices:
     """Return the vertices of `bare` with the highest priority within `rings` rings."""
     count = len(graph.indptr) - 1
-    own = bare.astype(np.uint32) * np.uint32(2654435761)  # odd, hence a permutation of uint32
+    own = 1.0 + scrambled(bare)
     priority = np.zeros(count)
-    priority[bare] = own + 1.0
+    priority[bare] = own
     near = np.flatnonzero(_within(graph, bare, rings - 1))
     positions, bounds = row_entries(graph.indptr, near)
     other = graph.indices[positions]
     for _ in range(rings):
         priority[near] = np.maximum(priority[near], row_max(priority[other], bounds))
-    chosen: Indices = bare[priority[bare] == own + 1.0]
+    chosen: Indices = bare[priority[bare] == own]
     return chosen
 
 

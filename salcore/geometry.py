@@ -31,6 +31,8 @@ class Geometry:
         (exactly) to a diagonal in [0.5, 1).
     faces : (m, 3) intp
         Faces without repeated corners; empty for a cloud.
+    face_of : (m,) intp
+        Input face that each face is.
     normals : (n, 3) float64 or None
         Given normals, unit or zero.
     scale : float
@@ -45,6 +47,7 @@ class Geometry:
 
     points: Floats
     faces: Indices
+    face_of: Indices
     normals: Floats | None
     scale: float
     centre: Floats
@@ -108,9 +111,11 @@ def clean(
     welded, first = _weld(centred)
     vertex_of = np.full(len(coordinates), -1, dtype=np.intp)
     vertex_of[kept] = welded
+    corners, face_of = _clean_faces(faces, vertex_of)
     return Geometry(
         points=centred[first],
-        faces=_clean_faces(faces, vertex_of),
+        faces=corners,
+        face_of=face_of,
         normals=_clean_normals(normals, len(coordinates), kept, welded, len(first)),
         scale=scale,
         centre=centre,
@@ -177,13 +182,14 @@ def _weld(points: Floats) -> tuple[Indices, Indices]:
     return number[representative], firsts
 
 
-def _clean_faces(faces: ArrayLike | None, vertex_of: Indices) -> Indices:
-    """Return faces over vertices, without those that lost a corner or repeat one."""
-    if faces is None:
-        return np.empty((0, 3), dtype=np.intp)
-    array: NDArray[Any] = np.asarray(faces)
+def _clean_faces(faces: ArrayLike | None, vertex_of: Indices) -> tuple[Indices, Indices]:
+    """Return faces over vertices, and their input numbers.
+
+    Those that lost a corner, or repeat one, are left out.
+    """
+    array: NDArray[Any] = np.asarray([] if faces is None else faces)
     if array.size == 0:
-        return np.empty((0, 3), dtype=np.intp)
+        return np.empty((0, 3), dtype=np.intp), np.empty(0, dtype=np.intp)
     if array.ndim != 2 or array.shape[1] != 3:
         raise GeometryError(
             f"faces of shape {array.shape}: give triangles as an array of shape (F, 3)"
@@ -199,9 +205,8 @@ def _clean_faces(faces: ArrayLike | None, vertex_of: Indices) -> Indices:
         )
     corners = vertex_of[array.astype(np.intp)]
     a, b, c = corners.T
-    return np.ascontiguousarray(
-        corners[(corners >= 0).all(axis=1) & (a != b) & (b != c) & (c != a)]
-    )
+    good = np.flatnonzero((corners >= 0).all(axis=1) & (a != b) & (b != c) & (c != a))
+    return np.ascontiguousarray(corners[good]), good
 
 
 def _clean_normals(

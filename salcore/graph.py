@@ -22,9 +22,11 @@ from .planes import fit_normals, tangent_basis
 
 STAR_BLOCK = 4096
 STARS_SHARE = 0.9  # of the time that building a graph takes
-COCIRCULAR = 1e-7
-"""Points that miss a circle by less than this (relative) count as on it: all are neighbours, so
-that rounding does not choose between the diagonals of a square."""
+NUDGE = 1e-5
+"""Share of the squared spacing by which points are told apart that lie on one circle. Like powers
+on all its four points let a square's two triangles be the same in all stars, and keep rounding
+from choosing between them."""
+COCIRCULAR = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,19 +161,29 @@ def _build_stars(
     if width < 1:
         return np.empty((count, 0), dtype=np.int32), normals
     tree = cKDTree(points)
+    nearest = np.empty((count, width), dtype=np.int32)
+    powers = np.empty(count)
     stars = np.full((count, width), -1, dtype=np.int32)
 
-    def kernel(start: int, stop: int) -> None:
+    def search(start: int, stop: int) -> None:
         # The tree's own order keeps the points of a block together in space.
         block = tree.indices[start:stop]
-        found = np.asarray(tree.query(points[block], k=width + 1)[1])
-        nearest = _without_self(found, block)
-        normals[block], row, slot = _stars(points[nearest] - points[block, None, :])
-        place = np.arange(len(row)) - np.searchsorted(row, row)
-        stars[block[row], place] = nearest[row, slot]
+        distance, found = tree.query(points[block], k=width + 1)
+        nearest[block] = _without_self(np.asarray(found), block)
+        powers[block] = NUDGE * np.mean(distance, axis=1) ** 2 * scrambled(block)
 
-    for done in run_blocks(kernel, count, workers=parameters.workers, size=STAR_BLOCK):
-        yield STARS_SHARE * done
+    def choose(start: int, stop: int) -> None:
+        block = tree.indices[start:stop]
+        other = nearest[block]
+        offsets = points[other] - points[block, None, :]
+        normals[block], row, slot = _stars(offsets, powers[block, None] - powers[other])
+        place = np.arange(len(row)) - np.searchsorted(row, row)
+        stars[block[row], place] = other[row, slot]
+
+    for done in run_blocks(search, count, workers=parameters.workers, size=STAR_BLOCK):
+        yield 0.4 * done
+    for done in run_blocks(choose, count, workers=parameters.workers, size=STAR_BLOCK):
+        yield 0.4 + (STARS_SHARE - 0.4) * done
     widest = int(np.count_nonzero(stars >= 0, axis=1).max())
     return np.ascontiguousarray(stars[:, :widest]), normals
 
@@ -184,21 +196,28 @@ def _without_self(found: Indices, block: Indices) -> Indices:
     return other
 
 
-def _stars(offsets: Floats) -> tuple[Floats, Indices, Indices]:
+def scrambled(vertices: NDArray[np.integer]) -> Floats:
+    """Return a number in [0, 1) for each vertex number, far apart for neighbouring ones."""
+    # The multiplier is odd, so this permutes the numbers of 32 bits.
+    return (vertices.astype(np.uint32) * np.uint32(2654435761)) / 2.0**32
+
+
+def _stars(offsets: Floats, powers: Floats) -> tuple[Floats, Indices, Indices]:
     """Return plane normals (b, 3) of nearest points at `offsets` (b, k, 3), and the stars.
 
     The stars come as the rows and slots of their members in `offsets`, by row and angle.
 
     The star of the origin in a Delaunay triangulation consists of the vertices of the convex hull
     of the other points after inversion in a circle round the origin. Inverting in a sphere and
-    projecting then does the same in the plane, and pushes points off the plane back.
+    projecting then does the same in the plane, and pushes points off the plane back. Differences
+    of `powers` (b, k), added to squared distances, make it the regular triangulation.
     """
     centred = np.concatenate([offsets, np.zeros_like(offsets[:, :1])], axis=1)
     centred -= centred.mean(axis=1, keepdims=True)
     normals = fit_normals(np.matmul(centred.transpose(0, 2, 1), centred))
     square = np.einsum("bkc,bkc->bk", offsets, offsets)
     frame = np.stack(tangent_basis(normals), axis=2)
-    inverted = np.matmul(offsets, frame) / square[:, :, None]
+    inverted = np.matmul(offsets, frame) / (square + powers)[:, :, None]
     x, y = inverted[:, :, 0], inverted[:, :, 1]
     order = np.argsort(_pseudo_angle(x, y), axis=1)
     width = order.shape[1]

@@ -35,26 +35,26 @@ def living_ancestors(elimination: Elimination, count: int) -> Indices:
         ancestor = further
 
 
-def cut_faces(faces: Indices, source: Indices) -> Indices:
-    """Return the faces (k, 3) over kept vertices that are left when every vertex joins its source.
+def cut_faces(faces: Indices, source: Indices) -> tuple[Indices, Indices]:
+    """Return the faces (k, 3) that are left when every vertex joins its source, and which (k,).
 
     Faces keep the order of their corners; those that lost a corner, and all but the first of those
     with the same corners, are left out.
     """
     corners: Indices = source[faces]
     a, b, c = corners.T
-    corners = corners[(a != b) & (b != c) & (c != a)]
-    if not len(corners):
-        return corners
+    left = np.flatnonzero((a != b) & (b != c) & (c != a))
+    corners = corners[left]
     ordered = np.sort(corners, axis=1)
     if len(source) > LARGEST_KEY:
         _, first = np.unique(ordered, axis=0, return_index=True)
     else:
         key = (ordered[:, 0] * len(source) + ordered[:, 1]) * len(source) + ordered[:, 2]
         _, first = np.unique(key, return_index=True)
-    if len(first) == len(corners):
-        return corners
-    return corners[np.sort(first)]
+    if len(first) < len(left):
+        first.sort()
+        left, corners = left[first], corners[first]
+    return corners, left
 
 
 def optimal_positions(

@@ -79,6 +79,11 @@ class Analysis:
         """(N, 3) float64 unit normals of all input points; zero where there is none."""
         return self._of_input(self.frames.normals, 0.0)
 
+    @property
+    def rounds(self) -> tuple[tuple[int, int, float], ...]:
+        """Living vertices, collapses and largest cost of each round of the last elimination."""
+        return () if self._order.elimination is None else self._order.elimination.rounds
+
     def simplify(
         self,
         *,
@@ -206,14 +211,21 @@ class Analysis:
         geometry = self.geometry
         source = living_ancestors(elimination, count)
         kept = np.flatnonzero(elimination.rank < count)
-        faces = cut_faces(geometry.faces, source) if len(geometry.faces) else None
-        positions = None
+        faces = left = positions = None
+        if len(geometry.faces):
+            faces, left = cut_faces(geometry.faces, source)
         if faces is not None and self.parameters.placement == "optimal":
             positions = optimal_positions(
                 geometry.points, geometry.faces, self.parameters.border_weight, source, faces
             )
         return self._result(
-            kept, source, begun, faces=faces, positions=positions, copies=count - len(kept)
+            kept,
+            source,
+            begun,
+            faces=faces,
+            face_source=left,
+            positions=positions,
+            copies=count - len(kept),
         )
 
     def _result(

@@ -70,6 +70,8 @@ class Simplification:
         Kept input points, ascending.
     faces : (K, 3) int64 or None
         Faces over positions in `indices`; None for a cloud and for a threshold α.
+    face_source : (K,) int64 or None
+        Input face that each face comes from, corner by corner.
     source : (N,) int64
         Position in `indices` of the kept point that stands for each input point; -1 for points
         that were not finite.
@@ -84,6 +86,7 @@ class Simplification:
 
     indices: NDArray[np.int64]
     faces: NDArray[np.int64] | None
+    face_source: NDArray[np.int64] | None
     source: NDArray[np.int64]
     positions: Floats | None
     interest: Interest | None
@@ -99,6 +102,7 @@ class Simplification:
         *,
         copies: int = 0,
         faces: Indices | None = None,
+        face_source: Indices | None = None,
         positions: Floats | None = None,
         interest: Interest | None = None,
         seconds: float = 0.0,
@@ -117,6 +121,8 @@ class Simplification:
             Input points, welded to others, that stay as well.
         faces : (K, 3) intp, optional
             Faces over vertices.
+        face_source : (K,) intp, optional
+            Clean face that each face comes from.
         positions : (n, 3) float64, optional
             New positions of the vertices.
         **context
@@ -141,6 +147,9 @@ class Simplification:
         return cls(
             indices=indices.astype(np.int64),
             faces=None if faces is None else place[faces],
+            face_source=(
+                None if face_source is None else geometry.face_of[face_source].astype(np.int64)
+            ),
             source=sources,
             positions=moved,
             interest=interest,

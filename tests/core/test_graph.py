@@ -11,6 +11,7 @@ import salcore
 from salcore.geometry import clean
 from salcore.graph import build_graph
 from salcore.progress import finish
+from salcore.triangles import star_triangles
 
 
 def graph_of(points, faces=None, **changes):
@@ -54,9 +55,19 @@ def test_stars_of_a_plane_are_its_delaunay_triangulation():
         assert neighbours(graph, vertex) == set(other[start[vertex] : start[vertex + 1]].tolist())
 
 
-def test_stars_of_a_square_lattice_keep_both_diagonals():
-    graph = graph_of(grid(9, 9)[0])
-    assert neighbours(graph, 40) == {30, 31, 32, 39, 41, 48, 49, 50}
+def test_stars_of_a_square_lattice_agree_on_one_diagonal_a_square():
+    points, _ = grid(9, 9)
+    graph = graph_of(points)
+    assert {31, 39, 41, 49} <= neighbours(graph, 40) <= {30, 31, 32, 39, 41, 48, 49, 50}
+    for x in range(8):
+        for y in range(8):
+            a, b, c, d = (9 * y + x + step for step in (0, 1, 10, 9))
+            assert (c in neighbours(graph, a)) != (d in neighbours(graph, b))
+    corners = points[star_triangles(graph.stars)]
+    area = 0.5 * np.linalg.norm(
+        np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
+    )
+    assert area == pytest.approx(np.full(128, 0.5))
 
 
 def test_stars_are_ordered_by_angle():

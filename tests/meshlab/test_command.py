@@ -80,6 +80,31 @@ def test_parameters_and_presets_reach_the_core(scan, tmp_path):
         assert load(tmp_path / "o.ply").vertex_number() == len(expected.indices)
 
 
+def test_meshes_stay_meshes(tmp_path):
+    scan, output = demo.sample("bone.ply"), tmp_path / "bone.ply"
+    done = run("simplify", scan, output, "--ratio", 0.25)
+    assert load(output).vertex_number() == round(0.25 * 1872)
+    assert load(output).face_number() > 0
+    assert "faces    3,022 -> " in done.stdout
+    run("simplify", scan, output, "--count", 100, "--points", "--force", "--quiet")
+    assert (load(output).vertex_number(), load(output).face_number()) == (100, 0)
+    run("simplify", scan, output, "--max-error", 0.01, "--force", "--quiet")
+    errors = salcore.compare(
+        *(salcore.make_surface(load(p).vertex_matrix(), load(p).face_matrix())
+          for p in (scan, output))
+    )  # fmt: skip
+    assert errors.surface.max <= 0.01 * errors.diagonal * 1.001
+
+
+def test_levels_of_detail(tmp_path):
+    scan = demo.sample("bone.ply")
+    run("lods", scan, tmp_path / "bone_{}.obj", "--ratios", 0.5, 0.25, 0.1)
+    counts = [load(tmp_path / f"bone_{level}.obj").vertex_number() for level in range(3)]
+    assert counts == [936, 468, 187]
+    message = run("lods", scan, tmp_path / "b.obj", "--ratios", 0.5, status=2).stderr
+    assert "name a pattern with {}" in message
+
+
 @pytest.mark.parametrize("ending", ["ply", "obj", "off", "xyz"])
 def test_formats(scan, tmp_path, ending):
     output = tmp_path / f"out.{ending}"

@@ -9,6 +9,7 @@ from shapes import bumpy, grid
 
 import meshlab_filter as mf
 import salcore
+from meshlab_filter import demo
 
 
 def set_of(*meshes):
@@ -46,6 +47,7 @@ def test_filter_list_and_parameters():
         "compute_selection_by_interest_points_per_vertex",
         "generate_simplified_point_cloud_by_saliency",
         "get_simplification_error",
+        "meshing_decimation_by_saliency",
     ]
     values = mf.filter_parameter_values("generate_simplified_point_cloud_by_saliency")
     for row in salcore.TABLE:
@@ -195,3 +197,97 @@ def test_a_scan():
     points = meshes.mesh(0).vertex_matrix()
     kept = salcore.simplify(points, meshes.mesh(0).face_matrix(), alpha=30).indices
     assert (light.vertex_color_matrix() == colors[kept]).all()
+
+
+def test_decimation_stays_a_mesh_and_keeps_its_place():
+    meshes = set_of(rich_mesh(), rich_mesh())
+    meshes.set_matrix(transformmatrix=np.diag([2.0, 2, 2, 1]), freeze=False)
+    source = meshes.current_mesh()
+    points, faces = source.vertex_matrix(), source.face_matrix()
+    colors, scalars = source.vertex_color_matrix(), source.vertex_scalar_array()
+    expected = salcore.simplify(points, faces, ratio=0.4)
+    report = mf.meshing_decimation_by_saliency(meshes, ratio=0.4)
+    light = meshes.current_mesh()
+    assert [m.label() for m in meshes] == ["layer 0", "layer 1"]
+    assert light.transform_matrix()[0, 0] == 2
+    assert (light.vertex_matrix() == points[expected.indices]).all()
+    assert (light.face_matrix() == expected.faces).all()
+    assert (light.vertex_color_matrix() == colors[expected.indices]).all()
+    assert (light.vertex_scalar_array() == scalars[expected.indices]).all()
+    assert report["points_after"] == round(0.4 * len(points))
+    assert report["faces_after"] == light.face_number() > 0
+
+
+def test_wedges_stay_in_their_charts():
+    """Two charts meet along a seam: coordinates of one are below 1, of the other above 2."""
+    points, faces = grid(21, 21)
+    points[:, 2] = 3 * np.sin(points[:, 0] / 5) * np.cos(points[:, 1] / 4)
+    right = points[faces].mean(axis=1)[:, 0] > 10
+    wedges = points[faces][:, :, :2] / 20 + 2 * right[:, None, None]
+    meshes = set_of(pymeshlab.Mesh(points, faces, w_tex_coords_matrix=wedges.reshape(-1, 2)))
+    mf.meshing_decimation_by_saliency(meshes, ratio=0.2)
+    light = meshes.current_mesh()
+    after = light.wedge_tex_coord_matrix().reshape(-1, 3, 2)
+    corners = light.vertex_matrix()[light.face_matrix()]
+    chart = after[:, :, 0] >= 2
+    assert (chart.all(axis=1) | ~chart.any(axis=1)).mean() > 0.9
+    exact = corners[:, :, :2] / 20 + 2 * chart[:, :, None] * [1, 1]
+    assert after == pytest.approx(exact, abs=1e-6)
+    assert light.has_wedge_tex_coord()
+
+
+def test_a_texture_comes_along():
+    meshes = pymeshlab.MeshSet(verbose=False)
+    meshes.load_new_mesh(str(demo.sample("bunny10k_textured.obj")))
+    mf.meshing_decimation_by_saliency(meshes, count=1000)
+    assert list(meshes.current_mesh().textures()) == ["TextureDouble_A.png"]
+    assert meshes.current_mesh().has_wedge_tex_coord()
+
+
+def test_targets_in_meshlabs_units():
+    meshes = set_of(rich_mesh())
+    diagonal = salcore.analyze(meshes.current_mesh().vertex_matrix()).geometry.diagonal
+    counts = []
+    for error in (pymeshlab.PercentageValue(1), pymeshlab.PureValue(0.01 * diagonal), 0.01):
+        meshes.set_current_mesh(0)
+        report = mf.generate_simplified_point_cloud_by_saliency(meshes, maxerror=error)
+        assert report["errors"]["surface"]["max"] <= 0.01 * diagonal
+        counts.append(report["points_after"])
+    assert len(set(counts)) == 1
+
+
+def test_selected_points_are_protected():
+    meshes = set_of(rich_mesh())
+    meshes.compute_selection_by_condition_per_vertex(condselect="(y > 9)")
+    chosen = meshes.current_mesh().selected_vertex_number()
+    report = mf.meshing_decimation_by_saliency(meshes, count=60, protectselected=True)
+    assert report["points_after"] == 60
+    assert meshes.current_mesh().selected_vertex_number() == chosen == 30
+
+
+def test_meshlabs_own_decimation_guided_by_saliency():
+    """The way the README shows: saliency as quality, and quality as a weight."""
+    errors = []
+    for guided in (False, True):
+        meshes = pymeshlab.MeshSet(verbose=False)
+        meshes.load_new_mesh(str(model_path("Laurana50k.ply")))
+        points = meshes.current_mesh().vertex_matrix()
+        mf.compute_scalar_by_saliency_per_vertex(meshes)
+        saliency = meshes.current_mesh().vertex_scalar_array()
+        meshes.meshing_decimation_quadric_edge_collapse(
+            targetfacenum=3000, qualityweight=guided, optimalplacement=False
+        )
+        light = meshes.current_mesh()
+        surface = salcore.make_surface(light.vertex_matrix(), light.face_matrix())
+        salient = points[saliency > 0.5]
+        errors.append(salcore.compare(salcore.make_surface(salient), surface).surface.rms)
+    assert errors[1] < errors[0]
+
+
+def test_decimation_of_a_cloud_is_a_mistake():
+    meshes = set_of(pymeshlab.Mesh(bumpy()))
+    with pytest.raises(salcore.SalcoreError, match="has no faces: use generate_simplified"):
+        mf.meshing_decimation_by_saliency(meshes, ratio=0.5)
+    meshes = set_of(rich_mesh())
+    with pytest.raises(salcore.SalcoreError, match="alpha gives points"):
+        mf.meshing_decimation_by_saliency(meshes, alpha=3)
