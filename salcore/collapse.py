@@ -12,17 +12,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .geometry import Floats, Indices
+from .geometry import Floats, Indices, sum_by_label
 
 Mask = NDArray[np.bool_]
 Ints = NDArray[np.int32]
 
 LEAST_COSINE = 0.2
 """A face may turn by no more than the angle of this cosine (78 degrees)."""
-SLIVER = 0.02
-"""Twice the area of a face by its squared sides, below which it is a sliver."""
 NO_AREA = 1e-3
-"""The same, below which the face's normal means nothing."""
+"""Twice the area of a face by its squared sides, below which its normal means nothing."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,17 +141,19 @@ def _keeps_topology(stars: Stars, degree: Indices) -> Mask:
 
 
 def _turns_no_face(stars: Stars, points: Floats) -> Mask:
-    """Return which collapses neither turn a face over nor make a worse sliver.
+    """Return which collapses turn no face over.
 
     The normal of a face of hardly any area is noise, and a scan is full of slivers: faces are only
-    held against what was there before.
+    held against what was there before, and a sliver that grows must face as its whole star does.
     """
+    left, right = points[stars.left], points[stars.right]
+    base, before = right - left, points[stars.going[stars.face_owner]] - left
+    old = np.cross(base, before)
+    outward = sum_by_label(old, stars.face_owner, len(stars.going))
     stay = np.flatnonzero(~stars.vanishing)
-    owner = stars.face_owner[stay]
-    left, right = points[stars.left[stay]], points[stars.right[stay]]
-    base, before = right - left, points[stars.going[owner]] - left
-    after = points[stars.staying[owner]] - left
-    old, new = np.cross(base, before), np.cross(base, after)
+    owner, old, base, before = stars.face_owner[stay], old[stay], base[stay], before[stay]
+    after = points[stars.staying[owner]] - left[stay]
+    new = np.cross(base, after)
     old_square = np.einsum("fc,fc->f", old, old)
     new_square = np.einsum("fc,fc->f", new, new)
     product = np.einsum("fc,fc->f", old, new)
@@ -161,10 +161,9 @@ def _turns_no_face(stars: Stars, points: Floats) -> Mask:
     old_shape = old_square / (length + np.einsum("fc,fc->f", before, before)) ** 2
     new_shape = new_square / (length + np.einsum("fc,fc->f", after, after)) ** 2
     bad = product <= LEAST_COSINE * np.sqrt(old_square * new_square)
+    grown = (old_shape <= NO_AREA**2) & (new_shape > NO_AREA**2)
     bad &= old_shape > NO_AREA**2
-    worst = np.full(len(stars.going), np.inf)
-    np.minimum.at(worst, owner, old_shape)
-    bad |= (new_shape < SLIVER**2) & (new_shape < 0.999 * worst[owner])
+    bad |= grown & (np.einsum("fc,fc->f", new, outward[owner]) <= 0.0)
     good = np.ones(len(stars.going), dtype=bool)
     good[owner[bad]] = False
     return good

@@ -298,7 +298,7 @@ class Parameters:
         group="Elimination",
     )
     evenness: float = _row(
-        0.01,
+        0.3,
         "Evenness",
         "Weight of even spacing in the order of elimination, for points that no face uses.",
         minimum=0.0,

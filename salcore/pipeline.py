@@ -183,6 +183,7 @@ class Analysis:
             weights = Weights(
                 factor * (1.0 + parameters.interest_weight * self.extremities),
                 parameters.evenness * loose,
+                loose,
                 protect,
                 parameters.border_weight,
             )

@@ -20,19 +20,28 @@ from numpy.typing import NDArray
 
 from .collapse import Stars, allowed, clashing
 from .geometry import Floats, Indices
-from .quadrics import monomials, vertex_quadrics
+from .quadrics import monomials, point_quadrics, vertex_quadrics
 from .triangles import find_edges
 
 Mask = NDArray[np.bool_]
 Ints = NDArray[np.int32]
 
-SHARE = 0.12
+SHARE = 0.18
 """Share of the living vertices that a round considers; more runs ahead of the order of costs."""
 FEW, SHARE_OF_FEW = 2000, 0.04
 """Below so many vertices a smaller share keeps closer to the order; the rounds cost little."""
-RETRY = 8
-"""Rounds after which pairs that failed are tried again."""
+RETRY = 0.25
+"""Share of the living vertices to go before pairs that failed are tried again. Those next to a
+collapse are tried again at once; a pair fails anew where nothing round it has changed."""
+PENALTY = 16.0
+"""Factor on the cost of a forbidden collapse, once only forbidden ones are left."""
 COST_BLOCK = 1 << 16
+COMPACT = 0.6
+"""Share of the vertices still living below which the rest is renumbered."""
+PER_VERTEX = (
+    "names", "points", "products", "quadric", "area", "factor", "protected", "own",
+    "heaped", "degree", "patience",
+)  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +76,10 @@ class Weights:
     factor : (n,) float64
         Multiplies the error: 1 + detail · saliency, and what else is dear.
     evenness : (n,) float64
-        Weight of the fourth power of the distance to the vertex it goes into.
+        Weight of the squared distance to the vertices that went into one, against that to their
+        planes.
+    lenient : (n,) bool
+        Vertices on a surface that is only guessed: a forbidden collapse is put off, not refused.
     protected : (n,) bool
         Vertices that go last of all.
     border : float
@@ -76,6 +88,7 @@ class Weights:
 
     factor: Floats
     evenness: Floats
+    lenient: Mask
     protected: Mask
     border: float
 
@@ -107,22 +120,25 @@ def eliminate(
     removed: list[Indices] = []
     costs: list[Floats] = []
     rounds: list[tuple[int, int, float]] = []
-    relaxed, since_retry, progress = False, 0, True
+    relaxed, since_retry = False, 1
     while True:
-        since_retry += 1
         candidates, cheapest = state.candidates()
-        if since_retry > RETRY or not len(candidates):
-            if not len(candidates) and relaxed:
+        exhausted = not len(candidates)
+        if exhausted or since_retry > RETRY * state.living:
+            if exhausted and relaxed:
                 break
-            # Without progress since the last retry only forbidden collapses are left.
-            relaxed = relaxed or not progress
-            since_retry, progress = 0, False
+            # All pairs have failed since the last collapse: only forbidden ones are left.
+            if not since_retry:
+                relaxed = True
+                state.patience[:] = np.minimum(state.patience, PENALTY)
+            since_retry = 0
+            state.widening = 1
             if not state.forget_failures():
                 break
             continue
         gone, cost = state.collapse(candidates, cheapest, relaxed=relaxed)
         if len(gone):
-            progress = True
+            since_retry += len(gone)
             removed.append(gone)
             costs.append(cost)
             rounds.append((state.living, len(gone), float(cost[-1])))
@@ -134,14 +150,16 @@ def _order(
     state: _State, removed: list[Indices], costs: list[Floats], rounds: list[tuple[int, int, float]]
 ) -> Elimination:
     """Number the vertices from the last survivor to the first removed."""
-    count = len(state.points)
+    count = len(state.parent)
     nothing = [np.empty(0, dtype=np.intp)]
     gone = np.concatenate(removed or nothing)
     alive = np.ones(count, dtype=bool)
     alive[gone] = False
     survivors = np.flatnonzero(alive)
     # Those that stand for most go last.
-    weight = np.where(state.protected, np.inf, state.heaped)[survivors]
+    weight = np.zeros(count)
+    weight[state.names] = np.where(state.protected, np.inf, state.heaped)
+    weight = weight[survivors]
     survivors = survivors[np.argsort(-weight, kind="stable")]
     rank = np.empty(count, dtype=np.intp)
     order = np.concatenate([survivors, gone[::-1]])
@@ -170,9 +188,12 @@ class _State:
         self.points, self.products = points, monomials(points)
         self.quadric, self.area = vertex_quadrics(points, faces, edges, weights.border)
         mean_area = self.area.mean() if self.area.any() else 1.0
+        if weights.evenness.any():
+            spread = weights.evenness * np.maximum(self.area, mean_area) / 3.0
+            self.quadric += point_quadrics(points, spread)
         self.area = np.maximum(self.area, 1e-3 * mean_area)
-        self.factor, self.evenness = weights.factor.copy(), weights.evenness
-        self.protected = weights.protected
+        self.factor, self.protected = weights.factor, weights.protected
+        self.patience = np.where(weights.lenient, 1.0, np.inf)
         self.own = np.zeros(count)
         self.heaped = np.ones(count)
         self.mean_square = np.zeros(count)
@@ -182,6 +203,9 @@ class _State:
         self.b = np.concatenate([edges.high, links[1]])
         self.degree = np.bincount(self.a, minlength=count) + np.bincount(self.b, minlength=count)
         self.a_to_b, self.b_to_a = self.costs(self.a, self.b), self.costs(self.b, self.a)
+        self.tried_a, self.tried_b = np.zeros(len(self.a), bool), np.zeros(len(self.a), bool)
+        self.names = np.arange(count)
+        self.widening = 1
         self.living, self.dead_edges = count, 0
 
     def costs(self, going: Ints, staying: Ints) -> Floats:
@@ -195,11 +219,6 @@ class _State:
             i, j = going[start : start + COST_BLOCK], staying[start : start + COST_BLOCK]
             error = np.einsum("ek,ek->e", self.quadric[i], self.products[j])
             cost = np.maximum(error + self.own[j], 0.0) * self.factor[i]
-            evenness = self.evenness[i]
-            if evenness.any():
-                offset = self.points[i] - self.points[j]
-                square = np.einsum("ec,ec->e", offset, offset)
-                cost += evenness * square * square
             cost /= np.sqrt(self.area[i])
             cost[self.protected[i]] = np.inf
             result[start : start + COST_BLOCK] = cost
@@ -213,7 +232,7 @@ class _State:
         finite = cheapest[np.isfinite(cheapest)]
         if not len(finite):
             return np.empty(0, dtype=np.intp), cheapest
-        share = SHARE if self.living > FEW else SHARE_OF_FEW
+        share = (SHARE if self.living > FEW else SHARE_OF_FEW) * self.widening
         place = min(len(finite) - 1, int(share * self.living))
         threshold = np.partition(finite, place)[place]
         return np.flatnonzero(cheapest <= threshold), cheapest
@@ -238,17 +257,20 @@ class _State:
         chosen = chosen[np.argsort(cheapest[chosen], kind="stable")]
         stars = Stars.find(chosen, target[chosen], self.faces, self.a, self.b, len(self.points))
         good = np.ones(len(chosen), dtype=bool)
-        if not relaxed:
-            good = allowed(stars, self.points, self.degree)
-            self._put_aside(stars, ~good)
+        good = allowed(stars, self.points, self.degree)
+        good |= self._put_aside(stars, ~good)
         good &= ~clashing(stars, good)
+        self.widening = 1 if good.any() else 2 * self.widening
         gone, into = stars.going[good], stars.staying[good]
         if len(gone):
-            self.parent[gone] = into
+            self.parent[self.names[gone]] = self.names[into]
             self.living -= len(gone)
             self._rewire(stars, good)
             self._merge(gone, into)
-        return gone, cheapest[gone]
+        named = self.names[gone]
+        if self.living < COMPACT * len(self.points):
+            self._compact()
+        return named, cheapest[gone]
 
     def _targets(self, candidates: Indices, cheapest: Floats) -> Ints:
         """Return the cheapest vertex to go into, for each candidate."""
@@ -281,13 +303,41 @@ class _State:
         candidate[loser[rest]] = False
         return np.flatnonzero(first | candidate)
 
-    def _put_aside(self, stars: Stars, failed: Mask) -> None:
-        """Make the costs of failed pairs infinite, so that they do not crowd out the others."""
+    def _compact(self) -> None:
+        """Renumber the living, so that rounds take no time for the dead."""
+        alive = np.flatnonzero(self.parent[self.names] < 0)
+        number = np.zeros(len(self.points), dtype=np.int32)
+        number[alive] = np.arange(len(alive))
+        edge = self.a != self.b
+        self.a, self.b = number[self.a[edge]], number[self.b[edge]]
+        self.a_to_b, self.b_to_a = self.a_to_b[edge], self.b_to_a[edge]
+        self.tried_a, self.tried_b = self.tried_a[edge], self.tried_b[edge]
+        self.dead_edges = 0
+        self.faces = [number[corner] for corner in self.faces]
+        for name in PER_VERTEX:
+            setattr(self, name, getattr(self, name)[alive])
+
+    def _put_aside(self, stars: Stars, failed: Mask) -> Mask:
+        """Make failed pairs dearer, so that they do not crowd out the others; return the forgiven.
+
+        A pair is forgiven once it is cheapest again at its raised cost.
+        """
         hit = np.flatnonzero(failed[stars.edge_owner] & (stars.edge_other == stars.edge_target))
-        edge = stars.edges[hit]
-        outward = self.a[edge] == stars.going[stars.edge_owner[hit]]
-        self.a_to_b[edge[outward]] = np.inf
-        self.b_to_a[edge[~outward]] = np.inf
+        edge, owner = stars.edges[hit], stars.edge_owner[hit]
+        going = stars.going[owner]
+        forgiven = np.zeros(len(failed), dtype=bool)
+        outward = self.a[edge] == going
+        for side, cost, tried in (
+            (outward, self.a_to_b, self.tried_a),
+            (~outward, self.b_to_a, self.tried_b),
+        ):
+            one = edge[side]
+            forgiven[owner[side]] = tried[one]
+            with np.errstate(invalid="ignore"):
+                cost[one] *= self.patience[going[side]]
+            cost[one[np.isnan(cost[one])]] = np.inf
+            tried[one] = np.isfinite(cost[one])
+        return forgiven
 
     def _rewire(self, stars: Stars, good: Mask) -> None:
         """Drop the faces and edges that vanish and hang the others on the vertices that stay."""
@@ -328,14 +378,16 @@ class _State:
         self.own[changed] = np.einsum(
             "nk,nk->n", self.quadric[changed], self.products[changed]
         ).clip(min=0.0)
-        self.mean_square[gone] = (self.own / self.area)[into]
+        self.mean_square[self.names[gone]] = (self.own / self.area)[into]
         if self.dead_edges > 0.1 * len(self.a):
             alive = self.a != self.b
             self.a, self.b = self.a[alive], self.b[alive]
             self.a_to_b, self.b_to_a = self.a_to_b[alive], self.b_to_a[alive]
+            self.tried_a, self.tried_b = self.tried_a[alive], self.tried_b[alive]
             self.dead_edges = 0
         dirty = np.zeros(len(self.points), dtype=bool)
         dirty[changed] = True
         edge = np.flatnonzero((dirty[self.a] | dirty[self.b]) & (self.a != self.b))
         a, b = self.a[edge], self.b[edge]
         self.a_to_b[edge], self.b_to_a[edge] = self.costs(a, b), self.costs(b, a)
+        self.tried_a[edge] = self.tried_b[edge] = False

@@ -14,6 +14,8 @@ from .geometry import Floats, unit
 from .planes import face_normals
 from .triangles import Edges
 
+LEAST_AREA = 0.3
+"""Share of the mean area that every face weighs at least: details are made of small faces."""
 FOLD = -0.5
 """Cosine below which two faces fold back on each other: along their edge the surface ends, though
 both planes go on, so the edge counts as a border."""
@@ -25,6 +27,15 @@ def plane_quadrics(normals: Floats, points: Floats, weights: Floats) -> Floats:
     x, y, z = normals.T
     rows = [x * x, x * y, x * z, x * offset, y * y, y * z, y * offset, z * z, z * offset]
     return np.stack([*rows, offset * offset], axis=1) * weights[:, None]
+
+
+def point_quadrics(points: Floats, weights: Floats) -> Floats:
+    """Return the quadrics (n, 10) of squared distances to points (n, 3)."""
+    x, y, z = points.T
+    one, zero = np.ones(len(points)), np.zeros(len(points))
+    square = np.einsum("nc,nc->n", points, points)
+    rows = [one, zero, zero, -x, one, zero, -y, one, -z, square]
+    return np.stack(rows, axis=1) * weights[:, None]
 
 
 def monomials(points: Floats) -> Floats:
@@ -56,6 +67,7 @@ def vertex_quadrics(
     count = len(points)
     normal = face_normals(points, faces)
     area = 0.5 * np.sqrt(np.einsum("mc,mc->m", normal, normal))
+    area = np.maximum(area, LEAST_AREA * area.mean()) if len(area) else area
     normal = unit(normal)
     planes = plane_quadrics(normal, points[faces[:, 0]], area)
     quadrics, areas = np.zeros((count, 10)), np.zeros(count)
