@@ -198,8 +198,12 @@ def _without_self(found: Indices, block: Indices) -> Indices:
 
 def scrambled(vertices: NDArray[np.integer]) -> Floats:
     """Return a number in [0, 1) for each vertex number, far apart for neighbouring ones."""
-    # The multiplier is odd, so this permutes the numbers of 32 bits.
-    return (vertices.astype(np.uint32) * np.uint32(2654435761)) / 2.0**32
+    # Murmur3's last steps permute the numbers of 32 bits. A product alone would not do: it gives
+    # the two diagonals of a lattice's square the same sum.
+    number: NDArray[np.uint32] = vertices.astype(np.uint32)
+    for shift, factor in ((16, 0x85EBCA6B), (13, 0xC2B2AE35), (16, 1)):
+        number = (number ^ (number >> np.uint32(shift))) * np.uint32(factor)
+    return number / 2.0**32
 
 
 def _stars(offsets: Floats, powers: Floats) -> tuple[Floats, Indices, Indices]:
@@ -234,12 +238,21 @@ def _pseudo_angle(x: Floats, y: Floats) -> Floats:
     return angle
 
 
+def _in_shadow(x: Floats, y: Floats, other_x: Floats, other_y: Floats) -> NDArray[np.bool_]:
+    """Return which points lie on the same ray from the origin as others that are further out."""
+    along = x * other_x + y * other_y
+    across = np.abs(x * other_y - y * other_x)
+    shadow: NDArray[np.bool_] = (across <= COCIRCULAR * along) & (x * x + y * y < along)
+    return shadow
+
+
 def _hull_vertices(x: Floats, y: Floats, row: Indices) -> Indices:
     """Return the positions of the hull vertices of many small point sets at once.
 
     Points of one set share a `row`, are sorted by angle round the origin, and the origin counts
     as a member. A point inside the triangle of the origin and its two neighbours in angle is no
-    hull vertex; dropping all such points again and again leaves the hulls.
+    hull vertex, nor is one behind another; dropping all such points again and again leaves the
+    hulls.
     """
     alive = np.arange(len(row))
     done: list[Indices] = []
@@ -252,6 +265,7 @@ def _hull_vertices(x: Floats, y: Floats, row: Indices) -> Indices:
         span = ax * cy - ay * cx
         turn = (x - ax) * (cy - y) - (y - ay) * (cx - x)
         inside = (span > 0.0) & (turn < -COCIRCULAR * span)
+        inside |= _in_shadow(x, y, ax, ay) | _in_shadow(x, y, cx, cy)
         # Sets that lost no point are finished; the others go round again without the lost ones.
         busy = np.logical_or.reduceat(inside, np.flatnonzero(first))
         again = np.repeat(busy, np.diff(np.append(np.flatnonzero(first), len(row))))

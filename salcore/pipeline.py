@@ -23,7 +23,7 @@ from .progressive import Elimination, Weights, eliminate
 from .regions import Regions, build_regions
 from .result import Simplification
 from .saliency import Saliency, build_saliency
-from .surface import elimination_surface
+from .surface import GUESSED_BORDER, elimination_surface
 from .targets import count_for, count_within, one_target
 
 
@@ -185,7 +185,7 @@ class Analysis:
                 parameters.evenness * loose,
                 loose,
                 protect,
-                parameters.border_weight,
+                parameters.border_weight * (1.0 if len(self.geometry.faces) else GUESSED_BORDER),
             )
             steps = eliminate(self.geometry.points, faces, links, weights)
             elimination = yield from staged("Elimination", 0.1, 0.9, steps)

@@ -17,6 +17,10 @@ from .triangles import star_triangles
 Ints = NDArray[np.int32]
 
 
+GUESSED_BORDER = 0.1
+"""Factor on the weight of a cloud's borders: many are only gaps between stars that disagree."""
+
+
 def elimination_surface(
     geometry: Geometry, graph: Graph, parameters: Parameters
 ) -> tuple[Ints, tuple[Ints, Ints]]:
