@@ -33,6 +33,11 @@ FEW, SHARE_OF_FEW = 2000, 0.04
 RETRY = 0.25
 """Share of the living vertices to go before pairs that failed are tried again. Those next to a
 collapse are tried again at once; a pair fails anew where nothing round it has changed."""
+IN_VAIN = 2**24
+"""Widening after which a stall is taken for granted: every vertex has failed into its 20 or so
+cheapest neighbours. Fans of hundreds round a non-manifold edge would take as many rounds."""
+STALL = 0.01
+"""Share of the living vertices that must go before all pairs have failed again."""
 PENALTY = 16.0
 """Factor on the cost of a forbidden collapse, once only forbidden ones are left."""
 COST_BLOCK = 1 << 16
@@ -123,12 +128,12 @@ def eliminate(
     relaxed, since_retry = False, 1
     while True:
         candidates, cheapest = state.candidates()
-        exhausted = not len(candidates)
+        exhausted = not len(candidates) or (state.widening > IN_VAIN and not relaxed)
         if exhausted or since_retry > RETRY * state.living:
-            if exhausted and relaxed:
+            if not len(candidates) and relaxed:
                 break
-            # All pairs have failed since the last collapse: only forbidden ones are left.
-            if not since_retry:
+            # All pairs have failed, and hardly one has gone: only forbidden ones are left.
+            if since_retry <= STALL * state.living:
                 relaxed = True
                 state.patience[:] = np.minimum(state.patience, PENALTY)
             since_retry = 0
@@ -256,9 +261,11 @@ class _State:
         chosen = self._independent(candidates, cheapest)
         chosen = chosen[np.argsort(cheapest[chosen], kind="stable")]
         stars = Stars.find(chosen, target[chosen], self.faces, self.a, self.b, len(self.points))
-        good = np.ones(len(chosen), dtype=bool)
         good = allowed(stars, self.points, self.degree)
-        good |= self._put_aside(stars, ~good)
+        if relaxed and self.widening > 1:
+            good[:] = True
+        else:
+            good |= self._put_aside(stars, ~good)
         good &= ~clashing(stars, good)
         self.widening = 1 if good.any() else 2 * self.widening
         gone, into = stars.going[good], stars.staying[good]
