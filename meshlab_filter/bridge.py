@@ -57,12 +57,15 @@ def add_simplified(
     """Add a layer of what a simplification keeps of `mesh`, as the current one.
 
     Colours, normals, quality, texture coordinates and selection of the kept points are carried
-    over, and the layer's matrix; of kept faces also colours, quality, wedge texture coordinates and
-    the texture. `custom` names custom scalar attributes to carry over too (pymeshlab cannot list
-    them).
+    over, and the layer's matrix; without faces, a vertex that has no texture coordinates takes
+    those of its first corner. Of kept faces also colours, quality, wedge texture coordinates and
+    the texture are carried over. `custom` names custom scalar attributes to carry over too
+    (pymeshlab cannot list them).
     """
     indices = result.indices
     arrays = _vertex_arrays(mesh, indices)
+    if not with_faces and mesh.has_wedge_tex_coord() and not mesh.has_vertex_tex_coord():
+        arrays["v_tex_coords_matrix"] = _corner_tex_coords(mesh)[indices]
     points = mesh.vertex_matrix()[indices] if result.positions is None else result.positions
     faces = result.faces if with_faces else None
     if faces is not None and len(faces):
@@ -79,6 +82,7 @@ def add_simplified(
     if not np.array_equal(matrix, np.eye(4)):
         mesh_set.set_matrix(transformmatrix=matrix, freeze=False)
     if len(textures) == 1:
+        _use_first_texture(mesh_set)
         _set_texture(mesh_set, *next(iter(textures.items())))
 
 
@@ -92,6 +96,14 @@ def _vertex_arrays(mesh: Any, indices: NDArray[np.integer]) -> dict[str, Any]:
     if mesh.has_vertex_tex_coord():
         arrays["v_tex_coords_matrix"] = mesh.vertex_tex_coord_matrix()[indices]
     return arrays
+
+
+def _corner_tex_coords(mesh: Any) -> Floats:
+    """Return for every vertex the texture coordinates (n, 2) of its corner in its first face."""
+    result = np.zeros((mesh.vertex_number(), 2))
+    # The last value that is written to an index stays, hence the first corner comes last.
+    result[mesh.face_matrix().ravel()[::-1]] = mesh.wedge_tex_coord_matrix()[::-1]
+    return result
 
 
 def _face_arrays(mesh: Any, result: salcore.Simplification) -> dict[str, Any]:
@@ -122,6 +134,29 @@ def _wedges(mesh: Any, result: salcore.Simplification) -> Floats:
     tree = cKDTree(np.column_stack([wedges, step * corners]))
     nearest = tree.query(np.column_stack([wanted, step * vertices]), workers=-1)[1]
     return np.asarray(wedges[nearest])
+
+
+def _use_first_texture(mesh_set: Any) -> None:
+    """Let the faces of the current layer refer to its first texture.
+
+    The wedges of a mesh made from arrays refer to none, and a material file written of them names
+    no texture. Of MeshLab's filters the trivial parametrization sets the reference; it sets
+    coordinates as well, so those from before are put back.
+    """
+    mesh = mesh_set.current_mesh()
+    if not mesh.has_wedge_tex_coord():
+        return
+    wedges, names = mesh.wedge_tex_coord_matrix().reshape(-1, 3, 2), {}
+    for corner in range(3):
+        for axis, letter in enumerate("uv"):
+            name = f"{letter}{corner}"
+            names[name] = f"wedge_{name}"
+            values = np.ascontiguousarray(wedges[:, corner, axis])
+            mesh.add_face_custom_scalar_attribute(values, names[name])
+    mesh_set.compute_texcoord_parametrization_triangle_trivial_per_wedge(
+        border=0, method="Basic", textdim=16384
+    )
+    mesh_set.compute_texcoord_by_function_per_wedge(**names)
 
 
 def _set_texture(mesh_set: Any, name: str, image: Any) -> None:

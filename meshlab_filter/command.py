@@ -5,36 +5,49 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+import pymeshlab
 from tqdm import tqdm
 
 import salcore
 
 from . import bridge, demo, files, filters
-from .picture import Panel, saliency_colors, save_picture
+from .picture import Panel, check_picture, saliency_colors, save_picture
 
-INTERRUPTED = 130
+FAILURE = 1
 MISTAKE = 2
+INTERRUPTED = 130
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command and return its exit status.
 
-    0 for success, 2 for a user's mistake (one line on standard error), 130 after Ctrl-C.
+    0 for success, 2 for a user's mistake and 1 for a failure of the machine, such as a full disk
+    (one line on standard error), 130 after Ctrl-C.
     """
     options = make_parser().parse_args(arguments)
     try:
         options.run(options)
-    except salcore.SalcoreError as error:
+        sys.stdout.flush()
+    except (salcore.SalcoreError, pymeshlab.PyMeshLabException) as error:
         _say(f"error: {error}")
         return MISTAKE
+    except BrokenPipeError:
+        # The reader of the figures has gone; the files are written. Python would complain at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return FAILURE
+    except OSError as error:
+        _say(f"error: {error}")
+        return FAILURE
     except KeyboardInterrupt:
-        _say("interrupted: nothing was written")
+        _say("interrupted: no partial file was left")
         return INTERRUPTED
     return 0
 
@@ -162,21 +175,41 @@ def _progress(quiet: bool) -> Iterator[filters.Callback | None]:
 
 def _open(options: argparse.Namespace) -> Any:
     """Check the outputs, then load the input and choose the layer."""
-    files.check_output(options.output, [options.input], force=options.force)
-    for extra in (getattr(options, "report", None), getattr(options, "picture", None)):
-        if extra is not None:
-            files.check_output(extra, [options.input], force=options.force)
+    picture, report = getattr(options, "picture", None), getattr(options, "report", None)
+    if picture is not None:
+        check_picture(picture)
+    files.check_format(options.output)
+    _check_outputs([options.output, report, picture], options)
     mesh_set = files.load(options.input, _say)
-    files.choose_layer(mesh_set, options.layer)
+    files.choose_layer(mesh_set, options.layer, _say)
     return mesh_set
 
 
-def _write(mesh_set: Any, options: argparse.Namespace) -> None:
-    """Write the current layer, or the whole project."""
+def _check_outputs(outputs: list[Path | None], options: argparse.Namespace) -> None:
+    """Refuse outputs that would overwrite something, or one another."""
+    given = [path for path in outputs if path is not None]
+    for number, path in enumerate(given):
+        files.check_output(path, [options.input], force=options.force)
+        if path.absolute() in [other.absolute() for other in given[:number]]:
+            raise files.FileError(f"{path}: is to be written twice; name two files")
+
+
+def _write(mesh_set: Any, options: argparse.Namespace, source: Any) -> None:
+    """Write the current layer, made from the layer `source`, or the whole project."""
+    mesh = mesh_set.current_mesh()
+    if source.face_number():
+        # MeshLab's normals of faces are as long as the angles they stand for.
+        mesh_set.apply_normal_normalization_per_vertex()
+    where = {"force": options.force, "like": source, "source": options.input}
     if options.output.suffix.lower() == files.PROJECT:
-        files.save_project(mesh_set, options.output, force=options.force)
-    else:
-        files.save_mesh(mesh_set, options.output)
+        files.save_project(mesh_set, options.output, **where)
+        return
+    if not np.array_equal(mesh.transform_matrix(), np.eye(4)):
+        _say(
+            f"{options.output}: holds the layer's own coordinates, as MeshLab's export does; its "
+            "matrix is kept in a project only (.mlp)"
+        )
+    files.save_mesh(mesh_set, options.output, warn=_say, **where)
 
 
 def _analysis(
@@ -206,7 +239,7 @@ def _simplify(options: argparse.Namespace) -> None:
         raise salcore.ParameterError("no point would be kept: give another target")
     name = f"{source.label()} simplified"
     bridge.add_simplified(mesh_set, source, result, name, with_faces=not options.points)
-    _write(mesh_set, options)
+    _write(mesh_set, options, source)
     report = result.report.as_dict()
     if options.report is not None:
         files.write_text(options.report, json.dumps(report, indent=2))
@@ -224,12 +257,13 @@ def _lods(options: argparse.Namespace) -> None:
         options.output.with_name(options.output.name.replace("{}", str(level)))
         for level in range(len(options.ratios))
     ]
+    _check_outputs([*outputs], options)
     for output in outputs:
-        files.check_output(output, [options.input], force=options.force)
+        files.check_format(output)
         if output.suffix.lower() == files.PROJECT:
             raise salcore.ParameterError(f"{output}: levels are mesh files; name a mesh format")
     mesh_set = files.load(options.input, _say)
-    files.choose_layer(mesh_set, options.layer)
+    files.choose_layer(mesh_set, options.layer, _say)
     source = mesh_set.current_mesh()
     protect = _protected(source, options)
     with _progress(options.quiet) as progress:
@@ -240,7 +274,7 @@ def _lods(options: argparse.Namespace) -> None:
         ]
     for output, result in zip(outputs, levels, strict=True):
         bridge.add_simplified(mesh_set, source, result, output.stem, with_faces=not options.points)
-        files.save_mesh(mesh_set, output)
+        _write(mesh_set, argparse.Namespace(**(vars(options) | {"output": output})), source)
         if not options.quiet:
             faces = "" if result.faces is None else f", {len(result.faces):,} faces"
             print(f"  {output.name}: {len(result.indices):,} points{faces}")
@@ -256,7 +290,7 @@ def _saliency(options: argparse.Namespace) -> None:
     colors = saliency_colors(analysis.saliency)
     bridge.set_scalar(mesh_set, analysis.saliency, "saliency")
     bridge.set_colors(mesh_set, colors)
-    _write(mesh_set, options)
+    _write(mesh_set, options, mesh_set.current_mesh())
     _draw(options, arrays, analysis, "saliency", colors)
 
 
@@ -266,7 +300,7 @@ def _regions(options: argparse.Namespace) -> None:
     colors = filters.region_colors(analysis.regions)
     bridge.set_scalar(mesh_set, analysis.regions, "region")
     bridge.set_colors(mesh_set, colors)
-    _write(mesh_set, options)
+    _write(mesh_set, options, mesh_set.current_mesh())
     _draw(options, arrays, analysis, f"{analysis.segmentation.count:,} regions", colors)
 
 

@@ -9,6 +9,7 @@ functions here and of `apply`.
 from __future__ import annotations
 
 import difflib
+import numbers
 from collections.abc import Callable
 from typing import Any
 
@@ -63,7 +64,13 @@ def apply(mesh_set: Any, name: str, **parameters: Any) -> dict[str, Any]:
     salcore.ParameterError
         If there is no such filter or parameter.
     """
-    return _find(name)[0](mesh_set, **parameters)
+    function, known = _find(name)
+    for given in parameters:
+        if meshlab_name(given) not in known and given != "progress":
+            raise salcore.ParameterError(
+                f"no parameter {given!r}; {_closest(meshlab_name(given), known)}"
+            )
+    return function(mesh_set, **parameters)
 
 
 def _find(name: str) -> tuple[Callable[..., dict[str, Any]], dict[str, Any]]:
@@ -181,6 +188,19 @@ def _simplify(
     return result
 
 
+def _custom_names(mesh_set: Any, names: str | tuple[str, ...]) -> tuple[str, ...]:
+    """Return the names of custom scalar attributes, all of which the current layer has."""
+    names = (names,) if isinstance(names, str) else tuple(names)
+    for name in names if mesh_set.mesh_number() else ():
+        try:
+            mesh_set.current_mesh().vertex_custom_scalar_attribute_array(name)
+        except pymeshlab.PyMeshLabException as error:
+            raise salcore.ParameterError(
+                f"customattributes={name!r}: the layer has no scalar attribute of that name"
+            ) from error
+    return names
+
+
 @_filter(**_SIMPLIFICATION)
 def compute_selection_by_interest_points_per_vertex(
     mesh_set: Any, *, progress: Callback | None = None, **parameters: Any
@@ -203,7 +223,7 @@ def compute_selection_by_interest_points_per_vertex(
 def generate_simplified_point_cloud_by_saliency(
     mesh_set: Any,
     *,
-    customattributes: tuple[str, ...] = (),
+    customattributes: str | tuple[str, ...] = (),
     progress: Callback | None = None,
     **parameters: Any,
 ) -> dict[str, Any]:
@@ -217,10 +237,11 @@ def generate_simplified_point_cloud_by_saliency(
     dict
         The report: counts, rate, errors, seconds.
     """
+    custom = _custom_names(mesh_set, customattributes)
     result = _simplify(mesh_set, progress, **parameters)
     source = mesh_set.current_mesh()
     name = f"{source.label()} simplified"
-    bridge.add_simplified(mesh_set, source, result, name, custom=customattributes, with_faces=False)
+    bridge.add_simplified(mesh_set, source, result, name, custom=custom, with_faces=False)
     return result.report.as_dict()
 
 
@@ -228,7 +249,7 @@ def generate_simplified_point_cloud_by_saliency(
 def meshing_decimation_by_saliency(
     mesh_set: Any,
     *,
-    customattributes: tuple[str, ...] = (),
+    customattributes: str | tuple[str, ...] = (),
     progress: Callback | None = None,
     **parameters: Any,
 ) -> dict[str, Any]:
@@ -251,10 +272,11 @@ def meshing_decimation_by_saliency(
         )
     if parameters.get("alpha") is not None:
         raise salcore.ParameterError("alpha gives points: give ratio, count or max_error")
+    custom = _custom_names(mesh_set, customattributes)
     result = _simplify(mesh_set, progress, **parameters)
     source = mesh_set.current_mesh()
     number, label = source.id(), source.label()
-    bridge.add_simplified(mesh_set, source, result, "simplified", custom=customattributes)
+    bridge.add_simplified(mesh_set, source, result, "simplified", custom=custom)
     light = mesh_set.current_mesh_id()
     mesh_set.set_current_mesh(number)
     mesh_set.delete_current_mesh()
@@ -275,10 +297,10 @@ def get_simplification_error(
     originalmesh, simplifiedmesh : int
         Identifiers of the layers; their matrices are applied.
     """
-    surfaces = []
+    surfaces: list[salcore.Surface] = []
     for name, number in (("originalmesh", originalmesh), ("simplifiedmesh", simplifiedmesh)):
-        if not mesh_set.mesh_id_exists(number):
-            raise salcore.ParameterError(f"{name}={number}: there is no such layer")
+        if not isinstance(number, numbers.Integral) or not mesh_set.mesh_id_exists(number):
+            raise salcore.ParameterError(f"{name}={number!r}: there is no such layer")
         surfaces.append(bridge.surface(mesh_set.mesh(number)))
     return salcore.compare(*surfaces).as_dict()
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-import salcore
+from . import files
 
 Floats = NDArray[np.float64]
 
@@ -54,20 +54,36 @@ def saliency_colors(saliency: Floats) -> Floats:
     return np.stack([np.interp(saliency, at, stops[:, k]) for k in range(3)], axis=1)
 
 
+def check_picture(path: Path) -> None:
+    """Refuse a picture that cannot be drawn, before any work is done.
+
+    Raises
+    ------
+    files.FileError
+        If matplotlib is not installed, or does not know the ending.
+    """
+    try:
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+    except ImportError as error:
+        raise files.FileError(
+            "pictures need matplotlib: install it with pip install 'salient-simplify[plot]'"
+        ) from error
+    known = FigureCanvasAgg.get_supported_filetypes()
+    if path.suffix.lower().removeprefix(".") not in known:
+        raise files.FileError(f"{path}: no format for pictures; name a file such as map.png")
+
+
 def save_picture(path: Path, rows: list[list[Panel]], *, up: str = "y") -> None:
     """Draw panels in rows and write them as a picture (PNG, PDF, SVG: by the ending).
 
     Raises
     ------
-    salcore.SalcoreError
-        If matplotlib is not installed.
+    files.FileError
+        If matplotlib is not installed, or does not know the ending.
     """
-    try:
-        from matplotlib.figure import Figure
-    except ImportError as error:
-        raise salcore.SalcoreError(
-            "pictures need matplotlib: install it with pip install 'salient-simplify[plot]'"
-        ) from error
+    check_picture(path)
+    from matplotlib.figure import Figure
+
     columns = max(map(len, rows))
     shape = [_extent(row[0].points @ FORWARD[up].T) for row in rows]
     heights = [min(4.8 * height / width, 9.0) for width, height in shape]
@@ -81,7 +97,7 @@ def save_picture(path: Path, rows: list[list[Panel]], *, up: str = "y") -> None:
         for axis, panel in zip(axes, row, strict=False):
             _draw(axis, panel, FORWARD[up])
     figure.subplots_adjust(left=0.01, right=0.99, bottom=0.01, top=0.95, wspace=0.03, hspace=0.12)
-    figure.savefig(path)
+    files.write(path, figure.savefig)
 
 
 def _extent(points: Floats) -> tuple[float, float]:
