@@ -218,7 +218,8 @@ def _clean_normals(
     given = _matrix(normals, "normals")
     if len(given) != count:
         raise GeometryError(f"normals: {len(given)} rows for {count} points; give one a point")
-    given = unit(np.where(np.isfinite(given), given, 0.0)[kept])
+    valid = np.asarray(np.isfinite(given).all(axis=1))
+    given = unit(np.where(valid[:, None], given, 0.0)[kept])
     total = sum_by_label(given, welded, vertices)
     return unit(total) if total.any() else None
 

@@ -45,7 +45,8 @@ def normal_angle(
     cross = np.cross(first, second)
     sine = np.sqrt(np.einsum("ec,ec->e", cross, cross))
     if squared:
-        angle = np.arccos(np.minimum(product**2, 1.0))
+        # The arc cosine of the square, by a form that keeps the digits of small angles.
+        angle = np.arctan2(sine * np.sqrt(1.0 + product**2), product**2)
     else:
         # The arc cosine alone loses half the digits of a small angle.
         angle = np.arctan2(sine, np.where(oriented, product, np.abs(product)))

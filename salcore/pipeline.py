@@ -62,7 +62,7 @@ class Analysis:
     extremities: NDArray[np.bool_]
     parameters: Parameters
     seconds: float
-    _order: _Order = field(default_factory=_Order, repr=False)
+    _order: _Order = field(init=False, default_factory=_Order, repr=False)
 
     @property
     def saliency(self) -> Floats:

@@ -62,6 +62,7 @@ def run(steps: Generator[Progress, None, Result], progress: Callback | None = No
         except StopIteration as stop:
             result: Result = stop.value
             return result
-        if progress is not None and progress(at.stage, at.fraction) is False:
+        answer = None if progress is None else progress(at.stage, at.fraction)
+        if answer is not None and not answer:
             steps.close()
             raise Cancelled(f"cancelled during {at.stage}")
