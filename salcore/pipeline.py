@@ -306,7 +306,7 @@ def analyze(
 
     Notes
     -----
-    O(n log n) time, in some 600 bytes a point at the peak for the default parameters.
+    O(n log n) time, in some 800 bytes a point at the peak for the default parameters.
 
     Examples
     --------

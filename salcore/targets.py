@@ -88,20 +88,14 @@ def count_within(
         low, high = high, min(int(high * STEP) + 1, most)
         steps += 1
         yield 1.0 - 0.8**steps
-    while not low and high > max(least, 1):
-        lower = max(int(high / STEP), least, 1)
-        if measure(lower) > bound:
-            low = lower
+    fewest = max(least, 1)
+    # Without a count that is too small the search still goes down; then it halves.
+    while high - low > max(CLOSE * high, 1) if low else high > fewest:
+        trial = (low + high) // 2 if low else max(int(high / STEP), fewest)
+        if measure(trial) > bound:
+            low = trial
         else:
-            high = lower
-        steps += 1
-        yield 1.0 - 0.8**steps
-    while low and high - low > max(CLOSE * high, 1):
-        middle = (low + high) // 2
-        if measure(middle) > bound:
-            low = middle
-        else:
-            high = middle
+            high = trial
         steps += 1
         yield 1.0 - 0.8**steps
     return high
