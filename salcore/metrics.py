@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import cKDTree
 
 from .blocks import BLOCK, run_blocks
-from .geometry import Floats, Indices, clean
+from .geometry import Floats, Indices, clean, unit
 from .graph import build_graph
 from .parameters import Parameters
 from .progress import finish
@@ -206,37 +206,61 @@ def surface_distances(
     corners = surface.points[surface.faces]
     centres = corners.mean(axis=1)
     radii = np.sqrt(((corners - centres[:, None]) ** 2).sum(axis=2).max(axis=1))
+    walls = _walls(corners)
     classes = np.frexp(radii)[1]
+    # First the one face with the nearest centre, whatever its size: it brings most distances down
+    # so far that hardly another face has to be looked at closely.
+    groups = [(cKDTree(centres, balanced_tree=False), True, corners, radii, walls)]
     for size in np.unique(classes):
         members = np.flatnonzero(classes == size)
-        tree, reach = cKDTree(centres[members], balanced_tree=False), radii[members].max()
-        tests = corners[members]
+        tree = cKDTree(centres[members], balanced_tree=False)
+        groups.append((tree, False, corners[members], radii[members], walls[members]))
+    for group in groups:
 
-        def kernel(
-            start: int, stop: int, tree: Any = tree, reach: float = reach, tests: Floats = tests
-        ) -> None:
+        def kernel(start: int, stop: int, group: Any = group) -> None:
             block = slice(start, stop)
-            best[block] = _refine(queries[block], best[block], tree, reach, tests)
+            best[block] = _refine(queries[block], best[block], *group)
 
         for _ in run_blocks(kernel, len(queries), workers=workers, size=BLOCK // 4):
             pass
     return best
 
 
-def _refine(queries: Floats, best: Floats, tree: Any, reach: float, corners: Floats) -> Floats:
-    """Lower the distances `best` by those to triangles with centres in `tree`."""
-    active, width = np.arange(len(queries)), min(8, tree.n)
+def _walls(corners: Floats) -> Floats:
+    """Return four unit vectors (m, 4, 3) a triangle (m, 3, 3).
+
+    Those through its edges, pointing out of it in its plane, and its normal.
+    """
+    edges = np.roll(corners, -1, axis=1) - corners
+    normals = unit(np.cross(edges[:, 0], edges[:, 1]))[:, None]
+    return np.concatenate([unit(np.cross(edges, normals)), normals], axis=1)
+
+
+def _refine(
+    queries: Floats, best: Floats, tree: Any, once: bool, corners: Floats, radii: Floats,
+    walls: Floats,
+) -> Floats:  # fmt: skip
+    """Lower the distances `best` by those to triangles with centres in `tree`.
+
+    With `once` only the triangle with the nearest centre is looked at.
+    """
+    reach = np.append(radii, -np.inf)  # for the centres that a query does not find
+    active, width = np.arange(len(queries)), 1 if once else min(8, tree.n)
     while len(active):
+        least = best[active]
+        bound = np.full(len(active), np.inf) if once else least + radii.max()
         away, found = tree.query(
-            queries[active],
-            k=np.arange(1, width + 1),
-            distance_upper_bound=float(best[active].max()) + reach,
+            queries[active], k=np.arange(1, width + 1), distance_upper_bound=float(bound.max())
         )
-        use = away < best[active][:, None] + reach
-        query, slot = np.nonzero(use)
-        near = triangle_distances(queries[active[query]], corners[found[query, slot]])
-        np.minimum.at(best, active[query], near)
-        more = (away[:, -1] < best[active] + reach) & (width < tree.n)
+        query, slot = np.nonzero(away < least[:, None] + reach[found])
+        face, query = found[query, slot], active[query]
+        for wall in (3, 0, 1, 2):
+            offset = queries[query] - corners[face, wall % 3]
+            beyond = np.einsum("mc,mc->m", offset, walls[face, wall])
+            near = (np.abs(beyond) if wall == 3 else beyond) <= best[query]
+            query, face = query[near], face[near]
+        np.minimum.at(best, query, triangle_distances(queries[query], corners[face]))
+        more = (away[:, -1] < bound) & (width < tree.n) & (not once)
         active, width = active[more], min(2 * width, tree.n)
     return best
 
