@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Install a zip into an empty Blender, simplify with it, and take it off again.
+
+Run by test_extension.py in an environment of its own, with the zip as the only argument and
+BLENDER_USER_RESOURCES set to an empty folder.
+"""
+
+import importlib.util
+import os
+import sys
+from pathlib import Path
+
+assert importlib.util.find_spec("scipy") is None
+
+import bpy  # noqa: E402
+
+MODULE = "bl_ext.user_default.salient_simplify"
+USER = Path(os.environ["BLENDER_USER_RESOURCES"])
+INSTALLED = USER / "extensions" / "user_default" / "salient_simplify"
+
+
+def select_only(item):
+    for other in bpy.context.selected_objects:
+        other.select_set(False)
+    item.select_set(True)
+    bpy.context.view_layer.objects.active = item
+
+
+def simplified(item):
+    """Simplify an object to a quarter; give the new object and the two numbers of points."""
+    select_only(item)
+    before = set(bpy.data.objects)
+    assert bpy.ops.object.salient_simplify(target="RATIO", ratio=0.25) == {"FINISHED"}
+    result = bpy.context.active_object
+    assert set(bpy.data.objects) - before == {result}
+    return result, *(len(each.data.attributes["position"].data) for each in (item, result))
+
+
+def check_mesh_and_cloud():
+    bpy.ops.mesh.primitive_torus_add(major_segments=40, minor_segments=20)
+    torus = bpy.context.active_object
+    result, before, after = simplified(torus)
+    assert result.type == "MESH"
+    assert result.data.polygons
+    assert (before, after) == (800, 200)
+
+    points = bpy.data.meshes.new("points")
+    points.from_pydata([vertex.co for vertex in torus.data.vertices], [], [])
+    cloud = bpy.data.objects.new("points", points)
+    bpy.context.collection.objects.link(cloud)
+    select_only(cloud)
+    bpy.ops.object.convert(target="POINTCLOUD")
+    result, before, after = simplified(bpy.context.active_object)
+    assert result.type == "POINTCLOUD"
+    assert (before, after) == (800, 200)
+
+
+bpy.ops.preferences.addon_enable(module="bl_pkg")
+bpy.ops.extensions.package_install_files(
+    filepath=sys.argv[1], repo="user_default", enable_on_install=True, overwrite=True
+)
+assert MODULE in bpy.context.preferences.addons
+assert INSTALLED.is_dir()
+
+check_mesh_and_cloud()
+scipy = Path(sys.modules["scipy"].__file__).resolve()
+assert scipy.is_relative_to(USER.resolve()), scipy
+
+bpy.ops.preferences.addon_disable(module=MODULE)
+assert MODULE not in bpy.context.preferences.addons
+modules = [repository.module for repository in bpy.context.preferences.extensions.repos]
+bpy.ops.extensions.package_uninstall(
+    repo_index=modules.index("user_default"), pkg_id="salient_simplify"
+)
+assert not INSTALLED.exists()
+assert not list(USER.rglob("scipy*")), "scipy is still there"
