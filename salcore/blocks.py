@@ -10,9 +10,6 @@ from concurrent.futures import ThreadPoolExecutor
 BLOCK = 16384
 """Vertices in a block: temporaries of a few hundred kB to a few MB, about the size of a cache."""
 
-Steps = Generator[float, None, None]
-"""A stage that yields the fraction it has done."""
-
 
 def worker_count(workers: int) -> int:
     """Return the number of threads that `Parameters.workers` asks for."""
@@ -21,7 +18,7 @@ def worker_count(workers: int) -> int:
 
 def run_blocks(
     kernel: Callable[[int, int], None], count: int, *, workers: int = 0, size: int = BLOCK
-) -> Steps:
+) -> Generator[float, None, None]:
     """Call ``kernel(start, stop)`` for every block of ``range(count)``, yielding the share done.
 
     Each call writes to its own part of the result, so the result does not depend on `workers`.
@@ -30,8 +27,20 @@ def run_blocks(
     """
     threads = worker_count(workers)
     starts = range(0, count, size)
+    if len(starts) == 1:  # no thread is worth its start
+        kernel(0, count)
+        yield 1.0
+        return
     with ThreadPoolExecutor(threads) as pool:
         for first in range(0, len(starts), threads):
             group = starts[first : first + threads]
             list(pool.map(lambda start: kernel(start, min(start + size, count)), group))
             yield min(group[-1] + size, count) / count
+
+
+def rest_blocks(
+    kernel: Callable[[int, int], None], count: int, *, workers: int = 0, size: int = BLOCK
+) -> Generator[None, None, None]:
+    """Run blocks inside of work whose fraction they do not tell: yield None after each."""
+    for _ in run_blocks(kernel, count, workers=workers, size=size):
+        yield

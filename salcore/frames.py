@@ -3,17 +3,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .blocks import BLOCK, run_blocks
+from .blocks import BLOCK, rest_blocks, run_blocks
 from .geometry import Floats, Geometry
 from .graph import Graph
 from .parameters import Parameters
-from .planes import fit_normals, tangent_basis, vertex_normals
+from .planes import fit_normals, tangent_basis, vertex_normals_steps
+from .progress import Rests, Steps
 from .rows import row_max, row_mean, row_sum
 
 FOLDS = 0.01
@@ -50,9 +50,7 @@ class Frames:
     scale: Floats
 
 
-def build_frames(
-    geometry: Geometry, graph: Graph, parameters: Parameters
-) -> Generator[float, None, Frames]:
+def build_frames(geometry: Geometry, graph: Graph, parameters: Parameters) -> Steps[Frames]:
     """Yield the fraction done and return the frame of every vertex.
 
     Notes
@@ -64,18 +62,18 @@ def build_frames(
     O(e) time for e edges; 100 bytes a vertex for the result.
     """
     points, count = geometry.points, len(geometry.points)
-    normals, oriented = _known_normals(geometry, graph, parameters)
-    if not _consistent(normals, oriented, graph):
+    normals, oriented = yield from _known_normals(geometry, graph, parameters)
+    yield None
+    if not (yield from _consistent(normals, oriented, graph, parameters.workers)):
         oriented = np.zeros(count, dtype=bool)
     minor, major = np.empty((count, 3)), np.empty((count, 3))
     curvature, scale = np.empty(count), np.empty(count)
 
     def kernel(start: int, stop: int) -> None:
-        edges = slice(graph.indptr[start], graph.indptr[stop])
+        edges, row, other = graph.edges(start, stop)
         indptr = graph.indptr[start : stop + 1] - edges.start
-        row = graph.rows(start, stop) - start
-        block = slice(start, stop)
-        offsets = points[graph.indices[edges]] - points[block][row]
+        block, row = slice(start, stop), row - start
+        offsets = points[other] - points[block][row]
         unknown = ~normals[block].any(axis=1)
         if unknown.any():
             normals[block][unknown] = fit_normals(_covariance(offsets, row, indptr)[unknown])
@@ -91,7 +89,7 @@ def build_frames(
 
 def _known_normals(
     geometry: Geometry, graph: Graph, parameters: Parameters
-) -> tuple[Floats, NDArray[np.bool_]]:
+) -> Rests[tuple[Floats, NDArray[np.bool_]]]:
     """Return given normals, else those of the faces, else those of the stars' planes, else zero."""
     count = len(geometry.points)
     normals = np.zeros((count, 3))
@@ -99,25 +97,31 @@ def _known_normals(
         if geometry.normals is not None:
             normals = geometry.normals.copy()
         elif len(geometry.faces):
-            normals = vertex_normals(geometry.points, geometry.faces)
+            faces, workers = geometry.faces, parameters.workers
+            normals = yield from vertex_normals_steps(geometry.points, faces, workers)
+    yield
     oriented = np.asarray(normals.any(axis=1))
     if graph.plane_normals is not None and parameters.normals == "best":
         normals[~oriented] = graph.plane_normals[~oriented]
     return normals, oriented
 
 
-def _consistent(normals: Floats, oriented: NDArray[np.bool_], graph: Graph) -> bool:
+def _consistent(
+    normals: Floats, oriented: NDArray[np.bool_], graph: Graph, workers: int
+) -> Rests[bool]:
     """Return whether at most `FOLDS` of the edges join oriented normals of opposite sense."""
     if not oriented.any():
         return False
-    opposite = 0
-    for start in range(0, len(normals), BLOCK):
-        stop = min(start + BLOCK, len(normals))
-        row = graph.rows(start, stop)
-        other = graph.indices[graph.indptr[start] : graph.indptr[stop]]
+    opposite = np.zeros(len(normals) // BLOCK + 1, dtype=np.intp)
+
+    def look(start: int, stop: int) -> None:
+        _, row, other = graph.edges(start, stop)
         product = np.einsum("ec,ec->e", normals[row], normals[other])
-        opposite += int(np.count_nonzero((product < 0.0) & oriented[row] & oriented[other]))
-    return opposite <= FOLDS * len(graph.indices)
+        against = (product < 0.0) & oriented[row] & oriented[other]
+        opposite[start // BLOCK] = np.count_nonzero(against)
+
+    yield from rest_blocks(look, len(normals), workers=workers)
+    return int(opposite.sum()) <= FOLDS * len(graph.indices)
 
 
 def _covariance(offsets: Floats, row: NDArray[np.intp], indptr: NDArray[np.integer]) -> Floats:

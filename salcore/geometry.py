@@ -13,8 +13,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .blocks import rest_blocks
 from .errors import GeometryError
 from .parameters import Parameters
+from .progress import Rests, finish
+from .sorting import sort
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -97,8 +100,21 @@ def clean(
     -----
     O(N log N) time, about 150 bytes a point.
     """
+    return finish(clean_steps(points, faces, normals, parameters))
+
+
+def clean_steps(
+    points: ArrayLike,
+    faces: ArrayLike | None = None,
+    normals: ArrayLike | None = None,
+    parameters: Parameters | None = None,
+) -> Rests[Geometry]:
+    """Rest between the parts of the work, and return what `clean` returns."""
     parameters = parameters or Parameters()
     coordinates = _matrix(points, "points")
+    triangles = _check_faces(faces, len(coordinates))
+    given = _check_normals(normals, len(coordinates))
+    yield
     finite = np.asarray(np.isfinite(coordinates).all(axis=1))
     if parameters.invalid == "refuse" and not finite.all():
         bad = np.flatnonzero(~finite)
@@ -107,16 +123,24 @@ def clean(
             f"{bad[0]}); remove them, or set invalid='drop'"
         )
     kept = np.flatnonzero(finite)
-    centred, scale, centre = _centre(coordinates[kept])
-    welded, first = _weld(centred)
-    vertex_of = np.full(len(coordinates), -1, dtype=np.intp)
+    yield
+    coordinates = coordinates[kept]
+    yield
+    centred, scale, centre = yield from _centre(coordinates, parameters.workers)
+    yield
+    welded, first = yield from _weld(centred, parameters.workers)
+    yield
+    vertex_of = np.full(len(finite), -1, dtype=np.intp)
     vertex_of[kept] = welded
-    corners, face_of = _clean_faces(faces, vertex_of)
+    corners, face_of = yield from _clean_faces(triangles, vertex_of)
+    yield
+    directions = yield from _clean_normals(given, kept, welded, len(first))
+    yield
     return Geometry(
         points=centred[first],
         faces=corners,
         face_of=face_of,
-        normals=_clean_normals(normals, len(coordinates), kept, welded, len(first)),
+        normals=directions,
         scale=scale,
         centre=centre,
         vertex_of=vertex_of,
@@ -136,7 +160,7 @@ def _matrix(values: ArrayLike, name: str) -> Floats:
     return np.ascontiguousarray(array, dtype=np.float64)
 
 
-def _centre(points: Floats) -> tuple[Floats, float, Floats]:
+def _centre(points: Floats, workers: int) -> Rests[tuple[Floats, float, Floats]]:
     """Move the bounding box's centre to the origin and scale its diagonal into [0.5, 1).
 
     The factor is a power of two, so scaling rounds nothing.
@@ -150,19 +174,31 @@ def _centre(points: Floats) -> tuple[Floats, float, Floats]:
     if largest == 0.0:
         return np.zeros_like(points), 1.0, centre
     exponent = int(np.frexp(largest)[1])
-    centred = np.ldexp(points - centre, -exponent)
+    centred = np.empty_like(points)
+
+    def move(start: int, stop: int) -> None:
+        centred[start:stop] = np.ldexp(points[start:stop] - centre, -exponent)
+
+    yield from rest_blocks(move, len(points), workers=workers)
     diagonal = float(np.linalg.norm(np.ptp(centred, axis=0)))
     shift = int(np.frexp(diagonal)[1])
-    return np.ldexp(centred, -shift), float(np.ldexp(1.0, -exponent - shift)), centre
+    yield
+
+    def scale(start: int, stop: int) -> None:
+        centred[start:stop] = np.ldexp(centred[start:stop], -shift)
+
+    yield from rest_blocks(scale, len(points), workers=workers)
+    return centred, float(np.ldexp(1.0, -exponent - shift)), centre
 
 
-def _weld(points: Floats) -> tuple[Indices, Indices]:
+def _weld(points: Floats, workers: int) -> Rests[tuple[Indices, Indices]]:
     """Return the vertex of each point and the first point of each vertex, in input order."""
     count = len(points)
     # Equal points have equal keys; the rare unequal points with equal keys are told apart below.
     key = points[:, 0] + np.sqrt(2.0) * points[:, 1] + np.sqrt(3.0) * points[:, 2]
-    order = np.argsort(key)
-    tie = key[order[1:]] == key[order[:-1]]
+    yield
+    order, key = yield from sort(key, workers=workers)
+    tie = key[1:] == key[:-1]
     if not tie.any():
         identity = np.arange(count)
         return identity, identity
@@ -170,10 +206,12 @@ def _weld(points: Floats) -> tuple[Indices, Indices]:
     suspect[order[1:][tie]] = True
     suspect[order[:-1][tie]] = True
     rows = np.flatnonzero(suspect)
+    yield
     # "+ 0.0" turns -0.0 into 0.0, which np.unique would tell apart.
     _, first, inverse = np.unique(
         points[rows] + 0.0, axis=0, return_index=True, return_inverse=True
     )
+    yield
     representative = np.arange(count)
     representative[rows] = rows[first[inverse.ravel()]]
     firsts = np.flatnonzero(representative == np.arange(count))
@@ -182,14 +220,11 @@ def _weld(points: Floats) -> tuple[Indices, Indices]:
     return number[representative], firsts
 
 
-def _clean_faces(faces: ArrayLike | None, vertex_of: Indices) -> tuple[Indices, Indices]:
-    """Return faces over vertices, and their input numbers.
-
-    Those that lost a corner, or repeat one, are left out.
-    """
+def _check_faces(faces: ArrayLike | None, count: int) -> NDArray[Any]:
+    """Return `faces` as an (F, 3) array of integers within range."""
     array: NDArray[Any] = np.asarray([] if faces is None else faces)
     if array.size == 0:
-        return np.empty((0, 3), dtype=np.intp), np.empty(0, dtype=np.intp)
+        return np.empty((0, 3), dtype=np.intp)
     if array.ndim != 2 or array.shape[1] != 3:
         raise GeometryError(
             f"faces of shape {array.shape}: give triangles as an array of shape (F, 3)"
@@ -197,30 +232,53 @@ def _clean_faces(faces: ArrayLike | None, vertex_of: Indices) -> tuple[Indices, 
     if array.dtype.kind not in "iu":
         raise GeometryError(f"faces of type {array.dtype}: give integers")
     low, high = int(array.min()), int(array.max())
-    if low < 0 or high >= len(vertex_of):
+    if low < 0 or high >= count:
         bad = low if low < 0 else high
         raise GeometryError(
-            f"faces: index {bad} is out of range for {len(vertex_of)} points; "
-            f"give indices from 0 to {len(vertex_of) - 1}"
+            f"faces: index {bad} is out of range for {count} points; "
+            f"give indices from 0 to {count - 1}"
         )
-    corners = vertex_of[array.astype(np.intp)]
+    return array
+
+
+def _clean_faces(faces: NDArray[Any], vertex_of: Indices) -> Rests[tuple[Indices, Indices]]:
+    """Return faces over vertices, and their input numbers.
+
+    Those that lost a corner, or repeat one, are left out.
+    """
+    corners = vertex_of[faces.astype(np.intp)]
+    yield
+    good = (corners >= 0).all(axis=1)
+    yield
     a, b, c = corners.T
-    good = np.flatnonzero((corners >= 0).all(axis=1) & (a != b) & (b != c) & (c != a))
-    return np.ascontiguousarray(corners[good]), good
+    left = np.flatnonzero(good & (a != b) & (b != c) & (c != a))
+    yield
+    return np.ascontiguousarray(corners[left]), left
 
 
-def _clean_normals(
-    normals: ArrayLike | None, count: int, kept: Indices, welded: Indices, vertices: int
-) -> Floats | None:
-    """Return one unit (or zero) normal a vertex: the direction of the sum over welded points."""
+def _check_normals(normals: ArrayLike | None, count: int) -> Floats | None:
+    """Return given normals as a (count, 3) array."""
     if normals is None:
         return None
     given = _matrix(normals, "normals")
     if len(given) != count:
         raise GeometryError(f"normals: {len(given)} rows for {count} points; give one a point")
+    return given
+
+
+def _clean_normals(
+    given: Floats | None, kept: Indices, welded: Indices, vertices: int
+) -> Rests[Floats | None]:
+    """Return one unit (or zero) normal a vertex: the direction of the sum over welded points."""
+    if given is None:
+        return None
     valid = np.asarray(np.isfinite(given).all(axis=1))
-    given = unit(np.where(valid[:, None], given, 0.0)[kept])
+    given = np.where(valid[:, None], given, 0.0)[kept]
+    yield
+    given = unit(given)
+    yield
     total = sum_by_label(given, welded, vertices)
+    yield
     return unit(total) if total.any() else None
 
 

@@ -7,7 +7,6 @@ of the tangent plane on a cloud, or its star in the 3D Delaunay triangulation (a
 
 from __future__ import annotations
 
-from collections.abc import Generator
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,8 +18,10 @@ from .blocks import run_blocks
 from .geometry import Floats, Geometry, Indices
 from .parameters import Parameters
 from .planes import fit_normals, tangent_basis
+from .progress import Rests, Steps
 
 STAR_BLOCK = 4096
+WIDE_BLOCK = 1 << 16
 STARS_SHARE = 0.9  # of the time that building a graph takes
 NUDGE = 1e-5
 """Share of the squared spacing by which points are told apart that lie on one circle. Like powers
@@ -59,6 +60,11 @@ class Graph:
         stop = len(self.indptr) - 1 if stop is None else stop
         return np.repeat(np.arange(start, stop), np.diff(self.indptr[start : stop + 1]))
 
+    def edges(self, start: int, stop: int) -> tuple[slice, Indices, NDArray[np.int32]]:
+        """Return where the edges of the vertices from `start` to `stop` are, and their two ends."""
+        where = slice(int(self.indptr[start]), int(self.indptr[stop]))
+        return where, self.rows(start, stop), self.indices[where]
+
     def matrix(self) -> sparse.csr_array:
         """Return the adjacency matrix; it shares the graph's arrays."""
         count = len(self.indptr) - 1
@@ -66,7 +72,7 @@ class Graph:
         return sparse.csr_array((ones, self.indices, self.indptr), shape=(count, count))
 
 
-def build_graph(geometry: Geometry, parameters: Parameters) -> Generator[float, None, Graph]:
+def build_graph(geometry: Geometry, parameters: Parameters) -> Steps[Graph]:
     """Yield the fraction done and return the neighbourhood graph of `geometry`.
 
     Notes
@@ -83,23 +89,28 @@ def build_graph(geometry: Geometry, parameters: Parameters) -> Generator[float, 
         try:
             edges = _delaunay_edges(points)
         except QhullError:
-            edges = _edges((yield from _build_stars(points, parameters))[0])
+            stars_instead, _ = yield from _build_stars(points, parameters)
+            edges = yield from _edges(stars_instead)
     elif len(geometry.faces):
         edges = _face_edges(geometry.faces)
+        yield None
         loose = np.flatnonzero(np.bincount(geometry.faces.ravel(), minlength=count) == 0)
+        yield None
         if len(loose):
             local, fitted = yield from _build_stars(points[loose], parameters)
             normals = np.zeros((count, 3))
             normals[loose] = fitted
             stars = np.full((count, local.shape[1]), -1, dtype=np.int32)
             stars[loose] = np.where(local >= 0, loose[local], -1)
-            rows, columns = _edges(stars)
+            rows, columns = yield from _edges(stars)
             edges = np.concatenate([edges[0], rows]), np.concatenate([edges[1], columns])
     else:
         stars, normals = yield from _build_stars(points, parameters)
-        edges = _edges(stars)
+        edges = yield from _edges(stars)
     yield STARS_SHARE
-    matrix = _widen(_symmetric(edges, count), parameters.level)
+    matrix = yield from _symmetric(edges, count)
+    matrix = yield from _widen(matrix, parameters.level)
+    yield None
     return Graph(
         matrix.indptr.astype(np.int64), matrix.indices.astype(np.int32, copy=False), normals, stars
     )
@@ -122,45 +133,64 @@ def _delaunay_edges(points: Floats) -> Edges:
     return np.concatenate([rows, merged]), np.concatenate([columns, nearest])
 
 
-def _symmetric(edges: Edges, count: int) -> sparse.csr_array:
+def _symmetric(edges: Edges, count: int) -> Rests[sparse.csr_array]:
     """Return the adjacency matrix with every edge in both directions, once."""
     ones = np.ones(len(edges[0]), dtype=np.int8)
-    half = sparse.csr_array((ones, edges), shape=(count, count))
-    matrix = sparse.csr_array(half + half.T)
+    entries = sparse.coo_array((ones, edges), shape=(count, count))
+    yield
+    entries.has_canonical_format = True  # not yet, but then this is a step of its own
+    half = entries.tocsr()
+    yield
+    half.sum_duplicates()
+    yield
+    other = half.T.tocsr()
+    yield
+    matrix = sparse.csr_array(half + other)
+    yield
     matrix.sort_indices()
     return matrix
 
 
-def _widen(matrix: sparse.csr_array, level: int) -> sparse.csr_array:
+def _widen(matrix: sparse.csr_array, level: int) -> Rests[sparse.csr_array]:
     """Return the graph that joins vertices up to `level` edges apart."""
     if level == 1:
         return matrix
     step = sparse.csr_array(matrix.astype(bool))
     reach = step
     for _ in range(level - 1):
-        reach = sparse.csr_array(reach @ step + reach)
+        blocks = []
+        for start in range(0, step.shape[0], WIDE_BLOCK):
+            block = reach[start : start + WIDE_BLOCK]
+            blocks.append(block @ step + block)
+            yield
+        reach = sparse.csr_array(sparse.vstack(blocks, format="csr"))
+        yield
     reach.setdiag(False)
+    yield
     reach.eliminate_zeros()
+    yield
     reach.sort_indices()
     return reach
 
 
-def _edges(stars: NDArray[np.int32]) -> Edges:
+def _edges(stars: NDArray[np.int32]) -> Rests[Edges]:
     """Return the edges from every vertex to its star."""
-    rows, slots = np.nonzero(stars >= 0)
-    return rows, stars[rows, slots]
+    member = stars >= 0
+    rows = np.repeat(np.arange(len(stars)), np.count_nonzero(member, axis=1))
+    yield
+    return rows, stars[member]
 
 
-def _build_stars(
-    points: Floats, parameters: Parameters
-) -> Generator[float, None, tuple[NDArray[np.int32], Floats]]:
+def _build_stars(points: Floats, parameters: Parameters) -> Steps[tuple[NDArray[np.int32], Floats]]:
     """Yield the fraction done; return the stars, as in `Graph`, and their planes' normals."""
     count = len(points)
     width = min(parameters.neighbors, count - 1)
     normals = np.zeros((count, 3))
     if width < 1:
         return np.empty((count, 0), dtype=np.int32), normals
+    yield None
     tree = cKDTree(points)
+    yield None
     nearest = np.empty((count, width), dtype=np.int32)
     powers = np.empty(count)
     stars = np.full((count, width), -1, dtype=np.int32)
@@ -185,6 +215,7 @@ def _build_stars(
     for done in run_blocks(choose, count, workers=parameters.workers, size=STAR_BLOCK):
         yield 0.4 + (STARS_SHARE - 0.4) * done
     widest = int(np.count_nonzero(stars >= 0, axis=1).max())
+    yield None
     return np.ascontiguousarray(stars[:, :widest]), normals
 
 

@@ -9,10 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from .blocks import rest_blocks
 from .coverage import close_gaps
 from .geometry import Floats, Geometry, Indices, sum_by_label
 from .graph import Graph
 from .parameters import Parameters
+from .progress import Rests
 from .regions import Regions
 
 Mask = NDArray[np.bool_]
@@ -58,8 +60,10 @@ def triangle_areas(first: Floats, second: Floats, third: Floats) -> Floats:
     return area
 
 
-def boundary_extremities(points: Floats, regions: Regions, angle: float) -> Mask:
-    """Return the boundary vertices that are no mere members of a collinear run.
+def boundary_extremities(
+    points: Floats, regions: Regions, angle: float, workers: int = 0
+) -> Rests[Mask]:
+    """Return the boundary vertices that are no mere members of a collinear run, with rests.
 
     The ends of every chain and the vertices where chains branch stay. Between them a vertex stays
     whenever the turns summed from the chain's start pass a multiple of `angle`. So a straight run
@@ -85,10 +89,15 @@ def boundary_extremities(points: Floats, regions: Regions, angle: float) -> Mask
     end[regions.offsets[:-1]] = True
     end[regions.offsets[1:] - 1] = True
     inner = np.flatnonzero(~end)
-    before, at, after = (points[chains[inner + step]] for step in (-1, 0, 1))
-    along = np.einsum("mc,mc->m", at - before, after - at)
     turn = np.zeros(len(chains))
-    turn[inner] = np.arctan2(2.0 * triangle_areas(before, at, after), along)
+
+    def measure(start: int, stop: int) -> None:
+        block = inner[start:stop]
+        before, at, after = (points[chains[block + step]] for step in (-1, 0, 1))
+        along = np.einsum("mc,mc->m", at - before, after - at)
+        turn[block] = np.arctan2(2.0 * triangle_areas(before, at, after), along)
+
+    yield from rest_blocks(measure, len(inner), workers=workers)
     turn[turn < STRAIGHT] = 0.0
     total = np.cumsum(turn)
     total -= np.repeat(total[regions.offsets[:-1]], np.diff(regions.offsets))
@@ -131,8 +140,10 @@ def salient_points(saliency: Floats, regions: Regions, alpha: float, rule: str) 
     return saliency >= threshold * (1.0 - 1e-12)
 
 
-def gap_fillers(points: Floats, regions: Regions, extremities: Mask, salient: Mask) -> Mask:
-    """Return the low points that the gap rule keeps (end of §4.2, figure 11).
+def gap_fillers(
+    points: Floats, regions: Regions, extremities: Mask, salient: Mask, workers: int = 0
+) -> Rests[Mask]:
+    """Return the low points that the gap rule keeps (end of §4.2, figure 11), with rests.
 
     From each boundary interest point halfway to the centre of its region's salient points (of the
     whole region where none is salient), the nearest low point of the same region stays.
@@ -147,18 +158,28 @@ def gap_fillers(points: Floats, regions: Regions, extremities: Mask, salient: Ma
     edge = np.flatnonzero(extremities)
     if not len(low) or not len(edge):
         return fillers
+    yield
     has_salient = np.bincount(labels[salient], minlength=regions.count) > 0
     member = salient | ~has_salient[labels]
+    yield
     size = np.maximum(np.bincount(labels[member], minlength=regions.count), 1)
     centre = sum_by_label(points[member], labels[member], regions.count) / size[:, None]
+    yield
     # A region without low points has nothing to fill, and would find another region's.
     has_low = np.bincount(labels[low], minlength=regions.count) > 0
     edge = edge[has_low[labels[edge]]]
-    midpoint = 0.5 * (points[edge] + centre[labels[edge]])
-    tree = cKDTree(
-        np.column_stack([points[low], 2.0 * labels[low]]), balanced_tree=False, compact_nodes=False
-    )
-    nearest = tree.query(np.column_stack([midpoint, 2.0 * labels[edge]]), workers=-1)[1]
+    places = np.column_stack([points[low], 2.0 * labels[low]])
+    yield
+    tree = cKDTree(places, balanced_tree=False, compact_nodes=False)
+    yield
+    nearest = np.empty(len(edge), dtype=np.intp)
+
+    def find(start: int, stop: int) -> None:
+        block = edge[start:stop]
+        midpoint = 0.5 * (points[block] + centre[labels[block]])
+        nearest[start:stop] = tree.query(np.column_stack([midpoint, 2.0 * labels[block]]))[1]
+
+    yield from rest_blocks(find, len(edge), workers=workers)
     fillers[low[nearest]] = True
     return fillers
 
@@ -171,8 +192,10 @@ def select(
     extremities: Mask,
     alpha: float,
     parameters: Parameters,
-) -> tuple[Interest, Indices]:
+) -> Rests[tuple[Interest, Indices]]:
     """Return the interest points for a threshold α, and the kept vertex that stands for each.
+
+    It rests between the parts of the work.
 
     Returns
     -------
@@ -185,7 +208,12 @@ def select(
     O(n log n) time; nothing is computed again that does not depend on α.
     """
     salient = salient_points(saliency, regions, alpha, parameters.alpha_rule)
-    fillers = gap_fillers(geometry.points, regions, extremities, salient)
+    yield
+    fillers = yield from gap_fillers(
+        geometry.points, regions, extremities, salient, parameters.workers
+    )
     kept = extremities | salient | fillers
-    guards, source = close_gaps(geometry.points, graph, kept, parameters.max_gap)
+    guards, source = yield from close_gaps(
+        geometry.points, graph, kept, parameters.max_gap, parameters.workers
+    )
     return Interest(extremities, salient, fillers, guards), source

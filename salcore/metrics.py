@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import cKDTree
 
-from .blocks import BLOCK, run_blocks
+from .blocks import BLOCK, rest_blocks
 from .geometry import Floats, Indices, clean, unit
 from .graph import build_graph
 from .parameters import Parameters
-from .progress import finish
+from .progress import Rests, finish
 
 
 @dataclass(frozen=True)
@@ -123,8 +123,13 @@ def compare(original: Surface, simplified: Surface, *, workers: int = 0) -> Erro
     -----
     Distances are taken from the points, not from samples of the faces. O(n log n) time.
     """
-    there_point, there_surface = distances(original.points, simplified, workers=workers)
-    back_point, back_surface = distances(simplified.points, original, workers=workers)
+    return finish(compare_steps(original, simplified, workers=workers))
+
+
+def compare_steps(original: Surface, simplified: Surface, *, workers: int = 0) -> Rests[Errors]:
+    """Rest between the parts of the work, and return what `compare` returns."""
+    there_point, there_surface = yield from distances(original.points, simplified, workers=workers)
+    back_point, back_surface = yield from distances(simplified.points, original, workers=workers)
     box = np.ptp(original.points, axis=0) if len(original.points) else np.zeros(3)
     return Errors(
         Deviation.of(there_point),
@@ -135,8 +140,10 @@ def compare(original: Surface, simplified: Surface, *, workers: int = 0) -> Erro
     )
 
 
-def distances(queries: Floats, surface: Surface, *, workers: int = 0) -> tuple[Floats, Floats]:
-    """Return the distances of points to the nearest point and to the surface.
+def distances(
+    queries: Floats, surface: Surface, *, workers: int = 0
+) -> Rests[tuple[Floats, Floats]]:
+    """Return the distances of points to the nearest point and to the surface, with rests.
 
     Parameters
     ----------
@@ -150,23 +157,42 @@ def distances(queries: Floats, surface: Surface, *, workers: int = 0) -> tuple[F
     (q,) float64, (q,) float64
         Infinite where `surface` has no point.
     """
-    to_point, nearest = nearest_points(queries, surface.points, workers=workers)
+    to_point, nearest = yield from nearest_points(queries, surface.points, workers=workers)
     if not len(surface.points) or not len(queries):
         return to_point, to_point.copy()
     if len(surface.faces):
-        return to_point, surface_distances(queries, surface, to_point, workers=workers)
-    if surface.normals is None:
-        return to_point, to_point.copy()
-    return to_point, plane_distances(queries, surface, nearest, to_point)
+        to_surface = yield from surface_distances_steps(queries, surface, to_point, workers=workers)
+        return to_point, to_surface
+    to_surface = to_point.copy()
+    if surface.normals is not None:
+
+        def kernel(start: int, stop: int) -> None:
+            block = slice(start, stop)
+            to_surface[block] = plane_distances(
+                queries[block], surface, nearest[block], to_point[block]
+            )
+
+        yield from rest_blocks(kernel, len(queries), workers=workers)
+    return to_point, to_surface
 
 
-def nearest_points(queries: Floats, points: Floats, *, workers: int = 0) -> tuple[Floats, Indices]:
+def nearest_points(
+    queries: Floats, points: Floats, *, workers: int = 0
+) -> Rests[tuple[Floats, Indices]]:
     """Return the distance to the nearest of `points`, and its index (-1 and infinity for none)."""
+    distance = np.full(len(queries), np.inf)
+    index = np.full(len(queries), -1, dtype=np.intp)
     if not len(points) or not len(queries):
-        return np.full(len(queries), np.inf), np.full(len(queries), -1, dtype=np.intp)
+        return distance, index
+    yield
     tree = cKDTree(points, balanced_tree=False)
-    distance, index = tree.query(queries, workers=workers or -1)
-    return np.asarray(distance), np.asarray(index)
+    yield
+
+    def kernel(start: int, stop: int) -> None:
+        distance[start:stop], index[start:stop] = tree.query(queries[start:stop])
+
+    yield from rest_blocks(kernel, len(queries), workers=workers)
+    return distance, index
 
 
 def plane_distances(
@@ -202,18 +228,38 @@ def surface_distances(
     is nearer than the best so far must have its centre within that distance plus the class's
     largest radius; each query asks for more and more centres until that is passed.
     """
+    return finish(surface_distances_steps(queries, surface, bound, workers=workers))
+
+
+def surface_distances_steps(
+    queries: Floats, surface: Surface, bound: Floats, *, workers: int = 0
+) -> Rests[Floats]:
+    """Rest between the parts of the work, and return what `surface_distances` returns."""
     best = bound.copy()
     corners = surface.points[surface.faces]
-    centres = corners.mean(axis=1)
-    radii = np.sqrt(((corners - centres[:, None]) ** 2).sum(axis=2).max(axis=1))
-    walls = _walls(corners)
+    yield
+    centres, radii = np.empty((len(corners), 3)), np.empty(len(corners))
+    walls = np.empty((len(corners), 4, 3))
+
+    def prepare(start: int, stop: int) -> None:
+        block = slice(start, stop)
+        centres[block] = corners[block].mean(axis=1)
+        away = corners[block] - centres[block, None]
+        radii[block] = np.sqrt((away**2).sum(axis=2).max(axis=1))
+        walls[block] = _walls(corners[block])
+
+    yield from rest_blocks(prepare, len(corners), workers=workers)
     classes = np.frexp(radii)[1]
+    yield
     # First the one face with the nearest centre, whatever its size: it brings most distances down
     # so far that hardly another face has to be looked at closely.
     groups = [(cKDTree(centres, balanced_tree=False), True, corners, radii, walls)]
+    yield
     for size in np.unique(classes):
         members = np.flatnonzero(classes == size)
+        yield
         tree = cKDTree(centres[members], balanced_tree=False)
+        yield
         groups.append((tree, False, corners[members], radii[members], walls[members]))
     for group in groups:
 
@@ -221,8 +267,7 @@ def surface_distances(
             block = slice(start, stop)
             best[block] = _refine(queries[block], best[block], *group)
 
-        for _ in run_blocks(kernel, len(queries), workers=workers, size=BLOCK // 4):
-            pass
+        yield from rest_blocks(kernel, len(queries), workers=workers, size=BLOCK // 4)
     return best
 
 

@@ -11,15 +11,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .costs import Weights
 from .errors import GeometryError
 from .frames import Frames, build_frames
-from .geometry import Floats, Geometry, Indices, clean
+from .geometry import Floats, Geometry, Indices, clean_steps
 from .graph import Graph, build_graph
 from .interest import boundary_extremities, select
 from .levels import cut_faces, living_ancestors, optimal_positions
 from .parameters import Parameters
-from .progress import Callback, Progress, run, staged
-from .progressive import Elimination, Weights, eliminate
+from .progress import Callback, Progress, Rests, run, staged
+from .progressive import Elimination, eliminate
 from .regions import Regions, build_regions
 from .result import Simplification
 from .saliency import Saliency, build_saliency
@@ -140,8 +141,8 @@ class Analysis:
         begun = time.perf_counter()
         mask = self._of_vertices(protect, "protect").astype(bool)
         if name == "alpha":
-            yield Progress("Interest points", 0.0)
-            return self._by_threshold(value, mask, begun)
+            steps = self._by_threshold(value, mask, begun)
+            return (yield from staged("Interest points", 0.0, 1.0, steps))
         extra = self._of_vertices(importance, "importance")
         elimination = yield from self._eliminate(mask, extra)
         available = int(np.count_nonzero(self.geometry.vertex_of >= 0))
@@ -149,14 +150,13 @@ class Analysis:
             count = yield from self._within_error(elimination, value, int(mask.sum()))
         else:
             count = count_for(name, value, available, int(mask.sum()))
-        yield Progress("Cut", 1.0)
-        return self._cut(elimination, count, begun)
+        return (yield from staged("Cut", 1.0, 1.0, self._cut(elimination, count, begun)))
 
     def _by_threshold(
         self, alpha: float, protect: NDArray[np.bool_], begun: float
-    ) -> Simplification:
+    ) -> Rests[Simplification]:
         """Keep the paper's interest points."""
-        interest, source = select(
+        interest, source = yield from select(
             self.geometry,
             self.graph,
             self.saliency_map.scaled,
@@ -175,8 +175,8 @@ class Analysis:
         key = (protect.tobytes(), importance.tobytes())
         if self._order.elimination is None or self._order.key != key:
             parameters = self.parameters
-            yield Progress("Surface", 0.0)
-            faces, links = elimination_surface(self.geometry, self.graph, parameters)
+            steps = elimination_surface(self.geometry, self.graph, parameters)
+            faces, links = yield from staged("Surface", 0.0, 0.1, steps)
             loose = np.ones(len(self.geometry.points), dtype=bool)
             loose[self.geometry.faces] = False
             factor = (1.0 + parameters.detail * self.saliency_map.scaled) * (1.0 + importance)
@@ -187,8 +187,8 @@ class Analysis:
                 protect,
                 parameters.border_weight * (1.0 if len(self.geometry.faces) else GUESSED_BORDER),
             )
-            steps = eliminate(self.geometry.points, faces, links, weights)
-            elimination = yield from staged("Elimination", 0.1, 0.9, steps)
+            order = eliminate(self.geometry.points, faces, links, weights, parameters.workers)
+            elimination = yield from staged("Elimination", 0.1, 0.9, order)
             self._order.key, self._order.elimination = key, elimination
         return self._order.elimination
 
@@ -198,27 +198,32 @@ class Analysis:
         """Return about the fewest vertices whose measured error is within the bound."""
         if self.parameters.error_unit == "diagonal":
             bound *= self.geometry.diagonal
-        order = np.argsort(elimination.rank)
+        order = np.empty_like(elimination.rank)
+        order[elimination.rank] = np.arange(len(order))
         estimate = np.append(np.inf, elimination.error[order][:-1]) / self.geometry.scale
 
-        def measure(count: int) -> float:
-            return self._cut(elimination, count, 0.0).report.errors.surface.max
+        def measure(count: int) -> Rests[float]:
+            cut = yield from self._cut(elimination, count, 0.0)
+            return (yield from cut.errors_steps()).surface.max
 
         steps = count_within(bound, estimate, measure, max(protected, 1))
         return (yield from staged("Error", 0.9, 1.0, steps))
 
-    def _cut(self, elimination: Elimination, count: int, begun: float) -> Simplification:
+    def _cut(self, elimination: Elimination, count: int, begun: float) -> Rests[Simplification]:
         """Return the simplification to the first `count` ranks, and then to duplicates."""
-        geometry = self.geometry
-        source = living_ancestors(elimination, count)
+        geometry, workers = self.geometry, self.parameters.workers
+        source = yield from living_ancestors(elimination, count)
+        yield
         kept = np.flatnonzero(elimination.rank < count)
         faces = left = positions = None
         if len(geometry.faces):
-            faces, left = cut_faces(geometry.faces, source)
+            faces, left = yield from cut_faces(geometry.faces, source, workers)
         if faces is not None and self.parameters.placement == "optimal":
-            positions = optimal_positions(
-                geometry.points, geometry.faces, self.parameters.border_weight, source, faces
+            weight = self.parameters.border_weight
+            positions = yield from optimal_positions(
+                geometry.points, geometry.faces, weight, source, faces, workers
             )
+        yield
         return self._result(
             kept,
             source,
@@ -329,19 +334,33 @@ def analysis_steps(
     """Yield progress and return what `analyze` returns; for hosts that work in slices."""
     parameters = parameters or Parameters()
     begun = time.perf_counter()
-    yield Progress("Input", 0.0)
-    geometry = clean(points, faces, normals, parameters)
+    door = clean_steps(points, faces, normals, parameters)
+    geometry = yield from staged("Input", 0.0, 0.05, door)
     graph = yield from staged("Graph", 0.05, 0.6, build_graph(geometry, parameters))
     frames = yield from staged("Normals", 0.6, 0.75, build_frames(geometry, graph, parameters))
     saliency = yield from staged(
         "Saliency", 0.75, 0.9, build_saliency(geometry, graph, frames, parameters)
     )
-    yield Progress("Regions", 0.9)
-    regions = build_regions(geometry, graph, saliency.scaled, parameters.tolerance)
-    extremities = boundary_extremities(geometry.points, regions, parameters.collinear_angle)
+    parts = _segment(geometry, graph, saliency, parameters)
+    regions, extremities = yield from staged("Regions", 0.9, 1.0, parts)
     yield Progress("Regions", 1.0)
     seconds = time.perf_counter() - begun
     return Analysis(geometry, graph, frames, saliency, regions, extremities, parameters, seconds)
+
+
+def _segment(
+    geometry: Geometry, graph: Graph, saliency: Saliency, parameters: Parameters
+) -> Rests[tuple[Regions, NDArray[np.bool_]]]:
+    """Return the regions, and the extremities of their boundaries."""
+    workers = parameters.workers
+    regions = yield from build_regions(
+        geometry, graph, saliency.scaled, parameters.tolerance, workers
+    )
+    yield
+    extremities = yield from boundary_extremities(
+        geometry.points, regions, parameters.collinear_angle, workers
+    )
+    return regions, extremities
 
 
 def simplify(

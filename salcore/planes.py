@@ -5,7 +5,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from .blocks import rest_blocks
 from .geometry import Floats, unit
+from .progress import Rests, finish
 
 FLAT = 1e-12
 """Share of the largest eigenvalue below which the second counts as zero: points in a line."""
@@ -68,16 +70,26 @@ def vertex_normals(points: Floats, faces: np.ndarray) -> Floats:
     which is exact for points on a sphere (Max, Weights for computing vertex normals from facet
     normals, Journal of Graphics Tools 4(2), 1999).
     """
+    return finish(vertex_normals_steps(points, faces))
+
+
+def vertex_normals_steps(points: Floats, faces: np.ndarray, workers: int = 0) -> Rests[Floats]:
+    """Rest between the parts of the work, and return what `vertex_normals` returns."""
     count = len(points)
-    normal = face_normals(points, faces)
-    corners = points[faces]
-    square = ((corners - np.roll(corners, -1, axis=1)) ** 2).sum(axis=2)
-    weight = square * np.roll(square, 1, axis=1)
-    weight = np.divide(1.0, weight, out=np.zeros_like(weight), where=weight > 0.0)
+    share = np.empty((3, 3, len(faces)))  # corner, axis, face
+
+    def weigh(start: int, stop: int) -> None:
+        block = faces[start:stop]
+        normal, corners = face_normals(points, block), points[block]
+        square = ((corners - np.roll(corners, -1, axis=1)) ** 2).sum(axis=2)
+        weight = square * np.roll(square, 1, axis=1)
+        weight = np.divide(1.0, weight, out=np.zeros_like(weight), where=weight > 0.0)
+        share[:, :, start:stop] = weight.T[:, None] * normal.T
+
+    yield from rest_blocks(weigh, len(faces), workers=workers)
     total = np.zeros((count, 3))
     for corner in range(3):
         for axis in range(3):
-            total[:, axis] += np.bincount(
-                faces[:, corner], normal[:, axis] * weight[:, corner], count
-            )
+            total[:, axis] += np.bincount(faces[:, corner], share[corner, axis], count)
+            yield
     return unit(total)

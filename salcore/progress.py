@@ -1,5 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Progress and cancel: long work is a generator, and this module drives it to its end."""
+"""Progress and cancel: long work is a generator, and this module drives it to its end.
+
+A generator yields wherever it may rest, so that a host can look after its window in between. Work
+on a million points is cut into steps of about a tenth of a second: blocks where that is easy, else
+the statements of a function. What scipy does in one call stays one step.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +14,12 @@ from typing import Any, NamedTuple, TypeVar
 from .errors import Cancelled
 
 Result = TypeVar("Result")
+
+Steps = Generator[float | None, None, Result]
+"""Work that yields the fraction it has done, or None to rest where the fraction stays."""
+
+Rests = Generator[None, None, Result]
+"""Work that does not tell its fraction, and only rests between its parts."""
 
 
 class Progress(NamedTuple):
@@ -35,17 +46,20 @@ def finish(steps: Generator[Any, None, Result]) -> Result:
 
 
 def staged(
-    stage: str, begin: float, end: float, steps: Generator[float, None, Result]
+    stage: str, begin: float, end: float, steps: Steps[Result]
 ) -> Generator[Progress, None, Result]:
     """Yield the progress of one stage as a part of the whole, and return the stage's result."""
-    yield Progress(stage, begin)
+    at = Progress(stage, begin)
+    yield at
     while True:
         try:
             fraction = next(steps)
         except StopIteration as stop:
             result: Result = stop.value
             return result
-        yield Progress(stage, begin + (end - begin) * fraction)
+        if fraction is not None:
+            at = Progress(stage, begin + (end - begin) * fraction)
+        yield at
 
 
 def run(steps: Generator[Progress, None, Result], progress: Callback | None = None) -> Result:

@@ -10,8 +10,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from .blocks import rest_blocks
 from .geometry import Floats, unit
 from .planes import face_normals
+from .progress import Rests
 from .triangles import Edges
 
 LEAST_AREA = 0.3
@@ -47,9 +49,13 @@ def monomials(points: Floats) -> Floats:
 
 
 def vertex_quadrics(
-    points: Floats, faces: NDArray[np.integer], edges: Edges, border_weight: float
-) -> tuple[Floats, Floats]:
-    """Return the quadric (n, 10) of every vertex, and the area (n,) it integrates over.
+    points: Floats,
+    faces: NDArray[np.integer],
+    edges: Edges,
+    border_weight: float,
+    workers: int = 0,
+) -> Rests[tuple[Floats, Floats]]:
+    """Return the quadric (n, 10) of every vertex, and the area (n,) it integrates over, with rests.
 
     Each face adds its plane, weighted by its area, to its three corners. Each edge of one face, of
     more than two, or of two that fold back adds planes through itself, at right angles to its
@@ -63,42 +69,88 @@ def vertex_quadrics(
         Of these faces.
     border_weight : float
         Weight of border planes, relative to faces as large as the square on the edge.
+    workers : int
+        Threads; 0 takes one per processor.
     """
     count = len(points)
-    normal = face_normals(points, faces)
-    area = 0.5 * np.sqrt(np.einsum("mc,mc->m", normal, normal))
+    normal, area = np.empty((len(faces), 3)), np.empty(len(faces))
+
+    def measure(start: int, stop: int) -> None:
+        double = face_normals(points, faces[start:stop])
+        area[start:stop] = 0.5 * np.sqrt(np.einsum("mc,mc->m", double, double))
+        normal[start:stop] = unit(double)
+
+    yield from rest_blocks(measure, len(faces), workers=workers)
     area = np.maximum(area, LEAST_AREA * area.mean()) if len(area) else area
-    normal = unit(normal)
-    planes = plane_quadrics(normal, points[faces[:, 0]], area)
+    planes = np.empty((10, len(faces)))
+
+    def spread(start: int, stop: int) -> None:
+        through = points[faces[start:stop, 0]]
+        planes[:, start:stop] = plane_quadrics(normal[start:stop], through, area[start:stop]).T
+
+    yield from rest_blocks(spread, len(faces), workers=workers)
     quadrics, areas = np.zeros((count, 10)), np.zeros(count)
     for corner in faces.T:
         areas += np.bincount(corner, area, count)
-        for k in range(10):
-            quadrics[:, k] += np.bincount(corner, planes[:, k], count)
-    side = np.flatnonzero(_ends_surface(normal, edges)[edges.of_side])
-    if border_weight > 0.0 and len(side):
-        face, corner = side % len(faces), side // len(faces)
-        start, end = faces[face, corner], faces[face, (corner + 1) % 3]
-        across = np.cross(points[end] - points[start], normal[face])
-        square = np.einsum("mc,mc->m", across, across)
-        planes = plane_quadrics(unit(across), points[start], border_weight * square)
-        for vertex in (start, end):
-            for k in range(10):
-                quadrics[:, k] += np.bincount(vertex, planes[:, k], count)
+        yield
+        yield from _add_planes(quadrics, corner, planes)
+    if border_weight > 0.0:
+        yield from _add_borders(quadrics, points, faces, normal, edges, border_weight, workers)
     return quadrics, areas
 
 
-def _ends_surface(normals: Floats, edges: Edges) -> NDArray[np.bool_]:
+def _add_planes(quadrics: Floats, vertex: NDArray[np.integer], planes: Floats) -> Rests[None]:
+    """Add planes (10, m), each to the quadric of its vertex (m,)."""
+    for k in range(10):
+        quadrics[:, k] += np.bincount(vertex, planes[k], len(quadrics))
+        yield
+
+
+def _add_borders(
+    quadrics: Floats,
+    points: Floats,
+    faces: NDArray[np.integer],
+    normal: Floats,
+    edges: Edges,
+    weight: float,
+    workers: int,
+) -> Rests[None]:
+    """Add planes at right angles to the faces where the surface ends."""
+    ends = yield from _ends_surface(normal, edges, workers)
+    side = np.sort(edges.sides[np.repeat(ends, edges.uses)])
+    yield
+    planes = np.empty((10, len(side)))
+    vertices = np.empty((2, len(side)), dtype=np.intp)
+
+    def stand(start: int, stop: int) -> None:
+        corner, face = np.divmod(side[start:stop], len(faces))
+        begin, end = faces[face, corner], faces[face, (corner + 1) % 3]
+        across = np.cross(points[end] - points[begin], normal[face])
+        square = np.einsum("mc,mc->m", across, across)
+        planes[:, start:stop] = plane_quadrics(unit(across), points[begin], weight * square).T
+        vertices[:, start:stop] = begin, end
+
+    yield from rest_blocks(stand, len(side), workers=workers)
+    if len(side):
+        for vertex in vertices:
+            yield from _add_planes(quadrics, vertex, planes)
+
+
+def _ends_surface(normals: Floats, edges: Edges, workers: int) -> Rests[NDArray[np.bool_]]:
     """Return the edges of one face, of more than two, or of two that fold back."""
     ends = np.asarray(edges.uses != 2)
-    order = np.argsort(edges.of_side, kind="stable")
     first = np.cumsum(edges.uses) - edges.uses
-    pair = np.flatnonzero(edges.uses == 2)
-    sides = order[first[pair]], order[first[pair] + 1]
-    one, other = (normals[side % len(normals)] for side in sides)
-    # Faces with the same winding run along their edge in opposite directions.
-    sense = np.where(edges.forward[sides[0]] == edges.forward[sides[1]], -1.0, 1.0)
-    ends[pair] = sense * np.einsum("ec,ec->e", one, other) < FOLD
+    yield
+
+    def fold(start: int, stop: int) -> None:
+        pair = start + np.flatnonzero(~ends[start:stop])
+        sides = edges.sides[first[pair]], edges.sides[first[pair] + 1]
+        one, other = (normals[side % len(normals)] for side in sides)
+        # Faces with the same winding run along their edge in opposite directions.
+        sense = np.where(edges.forward[sides[0]] == edges.forward[sides[1]], -1.0, 1.0)
+        ends[pair] = sense * np.einsum("ec,ec->e", one, other) < FOLD
+
+    yield from rest_blocks(fold, len(ends), workers=workers)
     return ends
 
 

@@ -10,9 +10,12 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse import csgraph
 
+from .blocks import rest_blocks
 from .geometry import Floats, Geometry, Indices
 from .graph import Graph
+from .progress import Rests
 from .rows import row_max
+from .sorting import sort
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,8 +51,10 @@ def similar(first: Floats, second: Floats, tolerance: float) -> NDArray[np.bool_
     return np.abs(first - second) <= tolerance
 
 
-def build_regions(geometry: Geometry, graph: Graph, saliency: Floats, tolerance: float) -> Regions:
-    """Segment the graph into regions and order their boundaries.
+def build_regions(
+    geometry: Geometry, graph: Graph, saliency: Floats, tolerance: float, workers: int = 0
+) -> Rests[Regions]:
+    """Segment the graph into regions and order their boundaries, resting between the parts.
 
     Regions are the connected components of the edges between similar vertices, which is what
     algorithm 1 labels. The published concave hull is not defined for a piece of a surface in
@@ -62,48 +67,90 @@ def build_regions(geometry: Geometry, graph: Graph, saliency: Floats, tolerance:
     saliency : (n,) float64
     tolerance : float
         σ of (4.1).
+    workers : int
+        Threads; 0 takes one per processor.
 
     Notes
     -----
     O(e log e) time for e edges, about 60 bytes an edge between boundary vertices.
     """
-    row, other = graph.rows(), graph.indices
-    labels = _components(graph, similar(saliency[row], saliency[other], tolerance))
-    differs = (labels[row] != labels[other]).astype(np.int8)
-    boundary = row_max(differs, graph.indptr) > 0.0
-    boundary |= graph.degrees == 0
-    boundary[border_vertices(geometry.faces)] = True
-    along = (differs == 0) & boundary[row] & boundary[other] & (row < other)
-    chains, offsets, branching = _chains(
-        geometry.points, row[along], other[along], np.flatnonzero(boundary)
+    joined = np.empty(len(graph.indices), dtype=bool)
+
+    def join(start: int, stop: int) -> None:
+        edges, row, other = graph.edges(start, stop)
+        joined[edges] = similar(saliency[row], saliency[other], tolerance) & (row < other)
+
+    yield from rest_blocks(join, len(saliency), workers=workers)
+    labels = yield from _components(graph, joined)
+    yield
+    boundary, along = yield from _boundaries(geometry, graph, labels, workers)
+    row = graph.rows()
+    yield
+    chains, offsets, branching = yield from _chains(
+        geometry.points, row[along], graph.indices[along], np.flatnonzero(boundary)
     )
     return Regions(labels, int(labels.max(initial=-1)) + 1, boundary, chains, offsets, branching)
 
 
-def border_vertices(faces: Indices) -> Indices:
+def _boundaries(
+    geometry: Geometry, graph: Graph, labels: Indices, workers: int
+) -> Rests[tuple[NDArray[np.bool_], NDArray[np.bool_]]]:
+    """Return the boundary vertices, and the edges within regions that join them, each once."""
+    boundary = graph.degrees == 0
+    along = np.empty(len(graph.indices), dtype=bool)
+
+    def part(start: int, stop: int) -> None:
+        edges, row, other = graph.edges(start, stop)
+        differs = labels[row] != labels[other]
+        boundary[start:stop] |= row_max(differs, graph.indptr[start : stop + 1] - edges.start) > 0.0
+        along[edges] = ~differs & (row < other)
+
+    yield from rest_blocks(part, len(labels), workers=workers)
+    rim = yield from border_vertices(geometry.faces, workers)
+    boundary[rim] = True
+
+    def follow(start: int, stop: int) -> None:
+        edges, row, other = graph.edges(start, stop)
+        along[edges] &= boundary[row] & boundary[other]
+
+    yield from rest_blocks(follow, len(labels), workers=workers)
+    return boundary, along
+
+
+def border_vertices(faces: Indices, workers: int = 0) -> Rests[Indices]:
     """Return the vertices on edges that belong to one face only."""
     if not len(faces):
         return np.empty(0, dtype=np.intp)
-    edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
-    key = edges[:, 0] * (int(faces.max()) + 1) + edges[:, 1]
-    unique, uses = np.unique(key, return_counts=True)
-    ends = np.divmod(unique[uses == 1], int(faces.max()) + 1)
+    count = int(faces.max()) + 1
+    start, end = faces.T.ravel(), np.roll(faces, -1, axis=1).T.ravel()
+    yield
+    key = np.minimum(start, end) * count + np.maximum(start, end)
+    yield
+    _, key = yield from sort(key, workers=workers)
+    differs = np.concatenate([[True], key[1:] != key[:-1], [True]])
+    ends = np.divmod(key[differs[1:] & differs[:-1]], count)
     return np.unique(np.concatenate(ends))
 
 
-def _components(graph: Graph, joined: NDArray[np.bool_]) -> Indices:
-    """Return the connected component of every vertex along the `joined` edges (e,)."""
+def _components(graph: Graph, joined: NDArray[np.bool_]) -> Rests[Indices]:
+    """Return the connected component of every vertex along the `joined` edges (e,).
+
+    One direction of an edge will do. Components are numbered in the order of first vertices.
+    """
     count = len(graph.indptr) - 1
     indptr = np.concatenate([[0], np.cumsum(joined)])[graph.indptr]
+    yield
     indices = graph.indices[joined]
     ones = np.ones(len(indices), dtype=np.int8)
+    yield
     matrix = sparse.csr_array((ones, indices, indptr), shape=(count, count))
+    yield
     return csgraph.connected_components(matrix, directed=False)[1].astype(np.intp)
 
 
 def _chains(
     points: Floats, row: Indices, other: NDArray[np.integer], boundary: Indices
-) -> tuple[Indices, Indices, NDArray[np.bool_]]:
+) -> Rests[tuple[Indices, Indices, NDArray[np.bool_]]]:
     """Order boundary vertices into chains along the shortest tree that spans each boundary.
 
     Returns
@@ -115,27 +162,37 @@ def _chains(
     total, count = len(points), len(boundary)
     number = np.full(total, -1, dtype=np.intp)
     number[boundary] = np.arange(count)
+    yield
     length = np.linalg.norm(points[row] - points[other], axis=1)
+    yield
     matrix = sparse.csr_array((length, (number[row], number[other])), shape=(count, count))
+    yield
     tree = csgraph.minimum_spanning_tree(matrix).tocoo()
+    yield
     degree = np.bincount(np.concatenate([tree.row, tree.col]), minlength=count)
     simple = degree <= 2
     branching = np.zeros(total, dtype=bool)
     branching[boundary[~simple]] = True
+    yield
 
     inner = simple[tree.row] & simple[tree.col]
     ends = (tree.row[inner], tree.col[inner])
     paths = sparse.csr_array((np.ones(len(ends[0])), ends), shape=(count, count))
+    yield
     path = csgraph.connected_components(paths, directed=False)[1]
+    yield
     free = np.flatnonzero(simple & (np.bincount(np.concatenate(ends), minlength=count) <= 1))
     start = free[np.unique(path[free], return_index=True)[1]]
     if not len(start):
         return np.empty(0, dtype=np.intp), np.zeros(1, dtype=np.intp), branching
+    yield
     position = csgraph.dijkstra(
         paths, directed=False, indices=start, unweighted=True, min_only=True
     )
+    yield
     members = np.flatnonzero(simple)
     members = members[np.lexsort((position[members], path[members]))]
+    yield
     sizes = np.bincount(path[members])
     offsets = np.concatenate([[0], np.cumsum(sizes[sizes > 0])])
     return boundary[members], offsets, branching

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from .geometry import Floats, Geometry, Indices
 from .interest import Interest
-from .metrics import Errors, Surface, compare
+from .metrics import Errors, Surface, compare_steps
+from .progress import Rests, finish
 
 
 @dataclass(frozen=True)
@@ -177,14 +178,17 @@ class Simplification:
             dropped=before - finite,
             welded=finite - len(geometry.points),
             regions=context.regions,
-            errors=self._errors(),
+            errors=finish(self.errors_steps()),
             seconds_analysis=context.seconds_analysis,
             seconds_selection=self.seconds,
             **reasons,
         )
 
-    def _errors(self) -> Errors:
-        """Measure in the clean vertices' frame and return lengths in the input's unit."""
+    def errors_steps(self) -> Rests[Errors]:
+        """Measure the report's errors, with rests.
+
+        This is done in the clean vertices' frame; lengths are in the input's unit.
+        """
         context, geometry = self._context, self._context.geometry
         points = geometry.points / geometry.scale
         vertex = geometry.vertex_of[self.indices]
@@ -193,14 +197,13 @@ class Simplification:
         if self.positions is not None:
             kept = self.positions - geometry.centre
         if self.faces is None:
-            return compare(
-                Surface(points, none, normals),
-                Surface(kept, none, normals[vertex]),
-                workers=context.workers,
-            )
-        return compare(
-            Surface(points, geometry.faces), Surface(kept, self.faces), workers=context.workers
-        )
+            original = Surface(points, none, normals)
+            simplified = Surface(kept, none, normals[vertex])
+        else:
+            original = Surface(points, geometry.faces)
+            simplified = Surface(kept, self.faces)
+        yield
+        return (yield from compare_steps(original, simplified, workers=context.workers))
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,13 +3,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .blocks import Steps, run_blocks
+from .blocks import run_blocks
 from .frames import Frames
 from .geometry import Floats, Geometry
 from .graph import Graph
@@ -22,6 +22,7 @@ from .patches import (
     patch_cells,
     patch_side,
 )
+from .progress import Steps
 from .rows import row_mean, row_sum
 
 FAINT = 0.25
@@ -112,7 +113,7 @@ def scale_saliency(raw: Floats, scaling: str) -> Floats:
 
 def build_saliency(
     geometry: Geometry, graph: Graph, frames: Frames, parameters: Parameters
-) -> Generator[float, None, Saliency]:
+) -> Steps[Saliency]:
     """Yield the fraction done and return the saliency of every vertex.
 
     Notes
@@ -204,20 +205,13 @@ def _pass(
     parameters: Parameters,
     begin: float,
     end: float,
-) -> Steps:
+) -> Steps[None]:
     """Run `kernel` over all blocks, yielding fractions from `begin` to `end`."""
 
     def run(start: int, stop: int) -> None:
-        edges = slice(int(graph.indptr[start]), int(graph.indptr[stop]))
-        kernel(
-            _Block(
-                slice(start, stop),
-                edges,
-                graph.rows(start, stop),
-                graph.indices[edges],
-                graph.indptr[start : stop + 1] - edges.start,
-            )
-        )
+        edges, row, other = graph.edges(start, stop)
+        indptr = graph.indptr[start : stop + 1] - edges.start
+        kernel(_Block(slice(start, stop), edges, row, other, indptr))
 
     count = len(graph.indptr) - 1
     for fraction in run_blocks(run, count, workers=parameters.workers):

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from .geometry import Geometry
 from .graph import Graph, build_graph
 from .parameters import Parameters
-from .progress import finish
+from .progress import Steps
 from .triangles import star_triangles
 
 Ints = NDArray[np.int32]
@@ -23,8 +23,8 @@ GUESSED_BORDER = 0.1
 
 def elimination_surface(
     geometry: Geometry, graph: Graph, parameters: Parameters
-) -> tuple[Ints, tuple[Ints, Ints]]:
-    """Return triangles over all vertices, and links for vertices that no triangle uses.
+) -> Steps[tuple[Ints, tuple[Ints, Ints]]]:
+    """Return triangles over all vertices, and links for vertices that no triangle uses, with rests.
 
     Faces stay as they are. Points that no face uses get the triangles on which their stars agree;
     where no two stars agree, a point is linked to its star.
@@ -39,14 +39,18 @@ def elimination_surface(
     stars = graph.stars
     if stars is None and np.bincount(geometry.faces.ravel(), minlength=count).min(initial=1) == 0:
         surface = dataclasses.replace(parameters, graph="surface", level=1)
-        stars = finish(build_graph(geometry, surface)).stars
+        stars = (yield from build_graph(geometry, surface)).stars
     faces = geometry.faces.astype(np.int32)
+    yield None
     if stars is None:
         nothing = np.empty(0, dtype=np.int32)
         return faces, (nothing, nothing)
-    faces = np.concatenate([faces, star_triangles(stars)])
+    faces = np.concatenate([faces, (yield from star_triangles(stars, parameters.workers))])
+    yield None
     bare = np.bincount(faces.ravel(), minlength=count) == 0
+    yield None
     row, slot = np.nonzero((stars >= 0) & bare[:, None])
+    yield None
     ends = np.sort(np.column_stack([row, stars[row, slot]]).astype(np.int32), axis=1)
     low, high = np.unique(ends, axis=0).T
     return faces, (np.ascontiguousarray(low), np.ascontiguousarray(high))

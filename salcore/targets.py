@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -11,6 +11,7 @@ import numpy as np
 from .errors import ParameterError
 from .geometry import Floats
 from .parameters import TARGETS
+from .progress import Rests, Steps
 
 CLOSE = 0.01
 """Share of the count to which the fewest points within an error are found."""
@@ -61,8 +62,8 @@ def count_for(name: str, value: float, available: int, protected: int) -> int:
 
 
 def count_within(
-    bound: float, estimate: Floats, measure: Callable[[int], float], least: int
-) -> Generator[float, None, int]:
+    bound: float, estimate: Floats, measure: Callable[[int], Rests[float]], least: int
+) -> Steps[int]:
     """Yield the share done; return about the fewest points whose measured error is within a bound.
 
     Parameters
@@ -71,7 +72,7 @@ def count_within(
     estimate : (n,) float64
         Estimated error of keeping 0, 1, 2, ... points, falling; it says where to start.
     measure : callable
-        Returns the measured error of a count.
+        Measures the error of a count, in steps that rest only.
     least : int
         Fewest points to try.
 
@@ -84,7 +85,7 @@ def count_within(
     high = int(np.clip(np.count_nonzero(estimate > bound), max(least, 1), most))
     low = 0
     steps = 0
-    while high < most and measure(high) > bound:
+    while high < most and (yield from measure(high)) > bound:
         low, high = high, min(int(high * STEP) + 1, most)
         steps += 1
         yield 1.0 - 0.8**steps
@@ -92,7 +93,7 @@ def count_within(
     # Without a count that is too small the search still goes down; then it halves.
     while high - low > max(CLOSE * high, 1) if low else high > fewest:
         trial = (low + high) // 2 if low else max(int(high / STEP), fewest)
-        if measure(trial) > bound:
+        if (yield from measure(trial)) > bound:
             low = trial
         else:
             high = trial

@@ -8,7 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from .blocks import rest_blocks
 from .geometry import Indices
+from .progress import Rests
+from .sorting import sort
 
 LARGEST_KEY = 2_000_000
 """Vertices up to which three numbers fit into one of 64 bits."""
@@ -24,42 +27,46 @@ class Edges:
         Their ends, ``low < high``, sorted.
     uses : (e,) intp
         Number of faces at each edge.
-    of_side : (3 m,) intp
-        Edge of each side of the faces: all first sides (corner 0 to 1), then all second ones, ...
+    sides : (3 m,) intp
+        The sides of the faces in the order of their edges: those of edge 0, of edge 1, ... Sides
+        are numbered all first ones first (corner 0 to 1), then all second ones, ...
     forward : (3 m,) bool
-        Whether the side runs from low to high.
+        Whether each side runs from low to high.
     """
 
     low: NDArray[np.int32]
     high: NDArray[np.int32]
     uses: Indices
-    of_side: Indices
+    sides: Indices
     forward: NDArray[np.bool_]
 
 
-def find_edges(faces: NDArray[np.integer], count: int) -> Edges:
-    """Return the edges of faces over `count` vertices, in O(m log m)."""
-    start = faces.T.ravel().astype(np.int64)
-    end = np.roll(faces, -1, axis=1).T.ravel().astype(np.int64)
-    key = np.minimum(start, end) * count + np.maximum(start, end)
-    order = np.argsort(key)
-    first = np.append(True, key[order[1:]] != key[order[:-1]])[: len(key)]
-    number = np.cumsum(first) - 1
-    of_side = np.empty(len(key), dtype=np.intp)
-    of_side[order] = number
-    unique = key[order[first]]
-    low, high = np.divmod(unique, max(count, 1))
-    return Edges(
-        low.astype(np.int32),
-        high.astype(np.int32),
-        np.bincount(number, minlength=len(unique)),
-        of_side,
-        start < end,
-    )
+def find_edges(faces: NDArray[np.integer], count: int, workers: int = 0) -> Rests[Edges]:
+    """Return the edges of faces over `count` vertices, in O(m log m), with rests."""
+    key = np.empty((3, len(faces)), dtype=np.int64)
+    forward = np.empty((3, len(faces)), dtype=bool)
+
+    def name(begin: int, stop: int) -> None:
+        start = faces[begin:stop].T.astype(np.int64)
+        end = np.roll(start, -1, axis=0)
+        key[:, begin:stop] = np.minimum(start, end) * count + np.maximum(start, end)
+        forward[:, begin:stop] = start < end
+
+    yield from rest_blocks(name, len(faces), workers=workers)
+    sides, ordered = yield from sort(key.ravel(), workers=workers)
+    first = np.flatnonzero(np.append(True, ordered[1:] != ordered[:-1])[: len(ordered)])
+    yield
+    unique = ordered[first]
+    uses = np.diff(np.append(first, len(ordered)))
+    yield
+    low = unique // max(count, 1)
+    high = (unique - low * count).astype(np.int32)
+    yield
+    return Edges(low.astype(np.int32), high, uses, sides, forward.ravel())
 
 
-def star_triangles(stars: NDArray[np.int32]) -> NDArray[np.int32]:
-    """Return the triangles that at least two of their corners have in their stars.
+def star_triangles(stars: NDArray[np.int32], workers: int = 0) -> Rests[NDArray[np.int32]]:
+    """Return the triangles that at least two of their corners have in their stars, with rests.
 
     Each star is a fan of triangles round its vertex. Where the stars agree they form a surface;
     where they do not, those of one vertex only are left out.
@@ -75,25 +82,55 @@ def star_triangles(stars: NDArray[np.int32]) -> NDArray[np.int32]:
         Corners in ascending order: the sides of the surface are not told apart.
     """
     size = np.count_nonzero(stars >= 0, axis=1)
-    row, slot = np.nonzero(stars >= 0)
     # Two neighbours make one triangle, three or more close the fan.
-    closing = (slot + 1 < size[row]) | (size[row] > 2)
-    row, slot = row[closing], slot[closing]
-    after = stars[row, np.where(slot + 1 < size[row], slot + 1, 0)]
-    corners = np.sort(np.column_stack([row, stars[row, slot], after]).astype(np.int32), axis=1)
-    corners = _sorted_rows(corners, len(stars))
-    same = (corners[1:] == corners[:-1]).all(axis=1)
-    first = np.append(True, ~same)[: len(corners)]
-    again = np.append(same, False)[: len(corners)]
-    surface: NDArray[np.int32] = corners[first & again]
+    bounds = np.concatenate([[0], np.cumsum(np.where(size > 2, size, size == 2))])
+    corners = np.empty((bounds[-1], 3), dtype=np.int32)
+    yield
+
+    def spread(start: int, stop: int) -> None:
+        block, width = stars[start:stop], size[start:stop]
+        row, slot = np.nonzero(block >= 0)
+        used = (slot + 1 < width[row]) | (width[row] > 2)
+        row, slot = row[used], slot[used]
+        after = block[row, np.where(slot + 1 < width[row], slot + 1, 0)]
+        fan = np.column_stack([row + start, block[row, slot], after])
+        corners[bounds[start] : bounds[stop]] = np.sort(fan.astype(np.int32), axis=1)
+
+    yield from rest_blocks(spread, len(stars), workers=workers)
+    order, same = yield from sort_rows(corners, len(stars), workers)
+    # The first of several that are the same.
+    kept = order[:-1][same & ~np.append(False, same[:-1])]
+    yield
+    surface: NDArray[np.int32] = corners[kept]
     return surface
 
 
-def _sorted_rows(corners: NDArray[np.int32], count: int) -> NDArray[np.int32]:
-    """Return rows of three vertex numbers below `count` in lexicographic order."""
+def sort_rows(
+    corners: NDArray[np.integer], count: int, workers: int = 0
+) -> Rests[tuple[Indices, NDArray[np.bool_]]]:
+    """Sort rows of three vertex numbers below `count`, with rests.
+
+    Returns
+    -------
+    order : (m,) intp
+        The stable lexicographic order.
+    same : (m - 1,) bool
+        Whether a row, in that order, equals the next.
+    """
     if count > LARGEST_KEY:
-        order: Indices = np.lexsort(corners.T[::-1])
-        return corners[order]
-    a, b, c = corners.astype(np.int64).T
-    key, third = np.divmod(np.sort((a * count + b) * count + c), max(count, 1))
-    return np.column_stack([*np.divmod(key, max(count, 1)), third]).astype(np.int32)
+        by_third, _ = yield from sort(corners[:, 2], stable=True, workers=workers)
+        key = (corners[:, 0].astype(np.int64) * count + corners[:, 1])[by_third]
+        yield
+        order, key = yield from sort(key, stable=True, workers=workers)
+        order = by_third[order]
+        third = corners[order, 2]
+        return order, (key[1:] == key[:-1]) & (third[1:] == third[:-1])
+    key = np.empty(len(corners), dtype=np.int64)
+
+    def name(start: int, stop: int) -> None:
+        a, b, c = corners[start:stop].astype(np.int64).T
+        key[start:stop] = (a * count + b) * count + c
+
+    yield from rest_blocks(name, len(corners), workers=workers)
+    order, key = yield from sort(key, stable=True, workers=workers)
+    return order, key[1:] == key[:-1]

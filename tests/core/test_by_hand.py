@@ -112,7 +112,7 @@ def test_4_1_and_4_2_similar_neighbours_and_the_regions_they_make():
     assert [set(other[joined & (row == i)].tolist()) for i in range(6)] == [
         {2}, {3}, {0}, {1, 5}, set(), {3},
     ]  # fmt: skip
-    regions = build_regions(geometry, graph, saliency, 0.0625)
+    regions = finish(build_regions(geometry, graph, saliency, 0.0625))
     assert regions.labels.tolist() == [0, 1, 0, 1, 2, 1]
     assert regions.boundary.all()
 

@@ -207,16 +207,17 @@ def test_4_4_extremities_of_a_bent_chain():
     points = np.column_stack([points, np.zeros(6)])
     regions = regions_of([0] * 6, [True] * 6, range(6), [0, 6])
     for angle in (0.0, 30.0, 60.0):
-        keep = boundary_extremities(points, regions, angle)
+        keep = finish(boundary_extremities(points, regions, angle))
         assert keep.tolist() == [True, False, False, True, False, True]
-    assert boundary_extremities(points, regions, 120.0).tolist() == [True] + 4 * [False] + [True]
+    keep = finish(boundary_extremities(points, regions, 120.0))
+    assert keep.tolist() == [True] + 4 * [False] + [True]
 
 
 def test_4_4_a_slow_bend_keeps_a_vertex_for_every_tolerance():
     angle = np.radians(np.arange(0.0, 181.0, 5.0))
     points = np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
     regions = regions_of([0] * 37, [True] * 37, range(37), [0, 37])
-    kept = np.flatnonzero(boundary_extremities(points, regions, 30.0))
+    kept = np.flatnonzero(finish(boundary_extremities(points, regions, 30.0)))
     assert kept[0] == 0
     assert kept[-1] == 36
     assert np.diff(kept).max() <= 7
@@ -251,7 +252,7 @@ def test_gap_rule_keeps_the_low_point_nearest_to_the_midpoint():
     regions = regions_of([0, 0, 0, 0, 1])
     edge = np.array([True, False, False, False, False])
     salient = np.array([False, True, False, False, False])
-    fillers = gap_fillers(points, regions, edge, salient)
+    fillers = finish(gap_fillers(points, regions, edge, salient))
     assert fillers.tolist() == [False, False, True, False, False]
 
 
@@ -259,7 +260,7 @@ def test_gap_rule_without_salient_points_uses_the_region():
     x = np.array([0.0, 2.0, 4.0, 10.0])  # mean 4, midpoint 2
     points = np.column_stack([x, 0 * x, 0 * x]) / 16
     edge = np.array([True, False, False, False])
-    fillers = gap_fillers(points, regions_of([0, 0, 0, 0]), edge, np.zeros(4, bool))
+    fillers = finish(gap_fillers(points, regions_of([0, 0, 0, 0]), edge, np.zeros(4, bool)))
     assert fillers.tolist() == [False, True, False, False]
 
 

@@ -63,7 +63,7 @@ def test_stars_of_a_square_lattice_agree_on_one_diagonal_a_square():
         for y in range(8):
             a, b, c, d = (9 * y + x + step for step in (0, 1, 10, 9))
             assert (c in neighbours(graph, a)) != (d in neighbours(graph, b))
-    corners = points[star_triangles(graph.stars)]
+    corners = points[finish(star_triangles(graph.stars))]
     area = 0.5 * np.linalg.norm(
         np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
     )

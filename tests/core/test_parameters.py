@@ -99,9 +99,10 @@ def test_report_is_json():
 
 CORE = Path(salcore.__file__).parent
 ORDER = [
-    "errors", "parameters", "blocks", "progress", "geometry", "rows", "planes", "graph", "frames",
-    "patches", "saliency", "regions", "coverage", "interest", "metrics", "triangles", "quadrics",
-    "collapse", "progressive", "surface", "levels", "targets", "result", "pipeline", "__init__",
+    "errors", "parameters", "blocks", "progress", "sorting", "geometry", "rows", "planes", "graph",
+    "frames", "patches", "saliency", "regions", "coverage", "interest", "metrics", "triangles",
+    "quadrics", "costs", "collapse", "pairs", "progressive", "surface", "levels", "targets",
+    "result", "pipeline", "__init__",
 ]  # fmt: skip
 
 

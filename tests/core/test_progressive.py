@@ -42,7 +42,7 @@ def test_the_minimum_of_three_planes_is_where_they_meet():
 
 def test_border_planes_hold_the_rim_of_a_plane():
     points, faces = grid(3, 3)
-    quadrics, areas = vertex_quadrics(points, faces, find_edges(faces, 9), 1.0)
+    quadrics, areas = finish(vertex_quadrics(points, faces, finish(find_edges(faces, 9)), 1.0))
     assert areas.sum() == pytest.approx(3 * 4)
     inwards = monomials(points + np.array([0.5, 0, 0]))
     cost = np.einsum("nk,nk->n", quadrics, inwards)
@@ -52,7 +52,7 @@ def test_border_planes_hold_the_rim_of_a_plane():
 
 
 def test_edges_of_two_triangles():
-    edges = find_edges(np.array([[0, 1, 2], [2, 1, 3]]), 4)
+    edges = finish(find_edges(np.array([[0, 1, 2], [2, 1, 3]]), 4))
     pairs = list(zip(edges.low.tolist(), edges.high.tolist(), edges.uses.tolist(), strict=True))
     assert pairs == [(0, 1, 1), (0, 2, 1), (1, 2, 2), (1, 3, 1), (2, 3, 1)]
     assert edges.forward.tolist() == [True, False, True, True, False, False]
@@ -61,10 +61,10 @@ def test_edges_of_two_triangles():
 def test_the_stars_of_a_scan_make_a_surface():
     points, _ = load_model("bun_zipper.ply")
     graph = finish(build_graph(clean(points), salcore.Parameters()))
-    triangles = star_triangles(graph.stars)
+    triangles = finish(star_triangles(graph.stars))
     assert len(np.unique(triangles, axis=0)) == len(triangles)
     assert len(triangles) / len(points) == pytest.approx(2.0, abs=0.02)
-    uses = find_edges(triangles, len(points)).uses
+    uses = finish(find_edges(triangles, len(points))).uses
     assert (uses == 2).mean() > 0.97
 
 
@@ -195,7 +195,7 @@ def two_holed_torus():
 def characteristic(result):
     """Return Euler's number, the numbers of faces at edges, and whether all vertices are used."""
     count = len(result.indices)
-    edges = find_edges(result.faces, count)
+    edges = finish(find_edges(result.faces, count))
     used = len(np.unique(result.faces)) == count
     return count - len(edges.low) + len(result.faces), set(edges.uses.tolist()), used
 

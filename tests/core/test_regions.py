@@ -46,14 +46,14 @@ def scene():
 @pytest.mark.parametrize("tolerance", [0.0, 0.05, 0.2, 1.0])
 def test_regions_are_those_of_algorithm_1(scene, tolerance):
     geometry, graph, saliency = scene
-    regions = build_regions(geometry, graph, saliency, tolerance)
+    regions = finish(build_regions(geometry, graph, saliency, tolerance))
     assert (regions.labels == labelled_by_the_algorithm(graph, saliency, tolerance)).all()
     assert regions.count == regions.labels.max() + 1
 
 
 def test_boundary_vertices_see_another_region(scene):
     geometry, graph, saliency = scene
-    regions = build_regions(geometry, graph, saliency, 0.1)
+    regions = finish(build_regions(geometry, graph, saliency, 0.1))
     for i in range(len(saliency)):
         around = graph.indices[graph.indptr[i] : graph.indptr[i + 1]]
         assert regions.boundary[i] == (regions.labels[around] != regions.labels[i]).any()
@@ -61,7 +61,7 @@ def test_boundary_vertices_see_another_region(scene):
 
 def test_chains_follow_edges_within_a_region_and_cover_the_boundary(scene):
     geometry, graph, saliency = scene
-    regions = build_regions(geometry, graph, saliency, 0.1)
+    regions = finish(build_regions(geometry, graph, saliency, 0.1))
     matrix = graph.matrix()
     covered = regions.branching.copy()
     assert not covered[regions.chains].any()
@@ -78,7 +78,7 @@ def test_chains_follow_edges_within_a_region_and_cover_the_boundary(scene):
 def test_the_border_of_a_mesh_is_a_boundary():
     points, faces = grid(4, 5)
     rim = np.isin(points[:, 0], (0, 4)) | np.isin(points[:, 1], (0, 3))
-    assert border_vertices(faces).tolist() == np.flatnonzero(rim).tolist()
+    assert finish(border_vertices(faces)).tolist() == np.flatnonzero(rim).tolist()
     assert (salcore.analyze(points, faces).segmentation.boundary == rim).all()
 
 
@@ -98,7 +98,7 @@ def test_guard_adds_nothing_where_nothing_is_missing():
     geometry, graph = path_graph(9)  # each vertex is joined to those at most two away
     kept = np.zeros(9, bool)
     kept[[2, 6]] = True
-    added, source = close_gaps(geometry.points, graph, kept, 1)
+    added, source = finish(close_gaps(geometry.points, graph, kept, 1))
     assert not added.any()
     assert source.tolist() == [2, 2, 2, 2, 2, 6, 6, 6, 6] or source.tolist() == [
         2,
@@ -118,7 +118,7 @@ def test_added_points_are_apart_and_close_every_gap(max_gap):
     geometry, graph = path_graph(60)
     kept = np.zeros(60, bool)
     kept[0] = True
-    added, source = close_gaps(geometry.points, graph, kept, max_gap)
+    added, source = finish(close_gaps(geometry.points, graph, kept, max_gap))
     living = np.flatnonzero(added | kept)
     steps = -(-np.diff(living) // 2)  # two vertices a ring
     assert steps.min() > max_gap
@@ -133,7 +133,7 @@ def test_without_guard_sources_reach_across_components():
     graph = finish(build_graph(geometry, salcore.Parameters()))
     kept = np.zeros(100, bool)
     kept[3] = True
-    added, source = close_gaps(geometry.points, graph, kept, 0)
+    added, source = finish(close_gaps(geometry.points, graph, kept, 0))
     assert not added.any()
     assert (source == 3).all()
-    assert (close_gaps(geometry.points, graph, np.zeros(100, bool), 0)[1] == -1).all()
+    assert (finish(close_gaps(geometry.points, graph, np.zeros(100, bool), 0))[1] == -1).all()
