@@ -1,0 +1,44 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Salient Simplify for Blender: cut heavy meshes and point clouds down to what is salient."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import bpy
+from bpy.app.handlers import persistent
+
+from . import analyses, command, live, measure, panel, properties, show, simplify
+
+_MODULES = (properties, simplify, show, live, measure, panel)
+_commands: list[Any] = []
+
+
+@persistent
+def _forget(*_: Any) -> None:
+    """Let go of the analyses of a file that is closed."""
+    analyses.clear()
+
+
+def register() -> None:
+    """Add everything to Blender."""
+    for module in _MODULES:
+        for kind in module.CLASSES:
+            bpy.utils.register_class(kind)
+    properties.register()
+    panel.register()
+    bpy.app.handlers.load_pre.append(_forget)
+    _commands.append(bpy.utils.register_cli_command(command.NAME, command.main))
+
+
+def unregister() -> None:
+    """Take everything away again."""
+    while _commands:
+        bpy.utils.unregister_cli_command(_commands.pop())
+    bpy.app.handlers.load_pre.remove(_forget)
+    panel.unregister()
+    properties.unregister()
+    for module in reversed(_MODULES):
+        for kind in reversed(module.CLASSES):
+            bpy.utils.unregister_class(kind)
+    analyses.clear()

@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Geometry of an object as arrays, in world space; nothing is decided here.
+
+Lengths, normals and errors are those that a user sees in the scene, whatever the object's scale.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from . import attributes
+from .salcore import SalcoreError
+
+Floats = NDArray[np.float64]
+
+
+class HostError(SalcoreError):
+    """Something in the scene that stands in the way; the message says what and the remedy."""
+
+
+class Arrays(NamedTuple):
+    """What salcore wants of an object."""
+
+    points: Floats
+    faces: NDArray[np.int32] | None
+    normals: Floats | None
+
+
+def is_mesh(data: Any) -> bool:
+    """Return whether this is a mesh, with or without faces."""
+    return isinstance(data, bpy.types.Mesh)
+
+
+def positions(data: Any) -> NDArray[np.float32]:
+    """Return the coordinates (n, 3) of a mesh or point cloud, in its own space."""
+    return attributes.topology(data, "position")
+
+
+def read(data: Any, matrix: Any) -> Arrays:
+    """Return points, triangles and normals of a mesh or point cloud, taken through a matrix.
+
+    Parameters
+    ----------
+    data : bpy.types.Mesh or bpy.types.PointCloud
+    matrix : (4, 4) matrix
+        From its space to the world.
+
+    Returns
+    -------
+    Arrays
+        A cloud's normals come from its attribute "normal"; a mesh's follow from its faces.
+    """
+    linear = np.array(matrix)[:3, :3]
+    points = _transform(positions(data), linear) + np.array(matrix)[:3, 3]
+    if is_mesh(data) and len(data.polygons):
+        return Arrays(points, triangles(data)[0], None)
+    attribute = data.attributes.get("normal")
+    if attribute is None or (attribute.data_type, attribute.domain) != ("FLOAT_VECTOR", "POINT"):
+        return Arrays(points, None, None)
+    # Normals go with the transposed inverse, here without the division by the determinant.
+    across = np.cross(np.roll(linear, -1, axis=0), np.roll(linear, -2, axis=0))
+    return Arrays(points, None, _transform(attributes.read(attribute), across))
+
+
+def _transform(vectors: NDArray[np.float32], linear: Floats) -> Floats:
+    """Return float64 vectors (n, 3), multiplied by a (3, 3) matrix unless that changes nothing."""
+    wide = vectors.astype(np.float64)
+    return wide if np.array_equal(linear, np.eye(3)) else wide @ linear.T
+
+
+def triangles(mesh: Any) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.int32]]:
+    """Return the triangles of a mesh: their vertices (t, 3), corners (t, 3) and polygons (t,)."""
+    mesh.calc_loop_triangles()
+    found = mesh.loop_triangles
+    vertices, corners = (np.empty((len(found), 3), dtype=np.int32) for _ in range(2))
+    polygons = np.empty(len(found), dtype=np.int32)
+    found.foreach_get("vertices", vertices.ravel())
+    found.foreach_get("loops", corners.ravel())
+    found.foreach_get("polygon_index", polygons)
+    return vertices, corners, polygons
+
+
+def weights(obj: Any, data: Any, name: str) -> NDArray[np.float64]:
+    """Return a value for every point from a vertex group, or a POINT attribute, of this name.
+
+    Parameters
+    ----------
+    obj : bpy.types.Object
+        Whose vertex groups are meant.
+    data : bpy.types.Mesh or bpy.types.PointCloud
+    name : str
+
+    Returns
+    -------
+    (n,) float64
+
+    Raises
+    ------
+    HostError
+        If there is neither.
+    """
+    group = obj.vertex_groups.get(name) if is_mesh(data) else None
+    if group is not None:
+        result = np.zeros(len(data.vertices))
+        for k, vertex in enumerate(data.vertices):  # Blender has no faster way to read weights
+            for element in vertex.groups:
+                if element.group == group.index:
+                    result[k] = element.weight
+        return result
+    attribute = data.attributes.get(name)
+    if attribute is None or attribute.domain != "POINT" or attribute.data_type not in WEIGHTS:
+        raise HostError(
+            f"{obj.name}: no vertex group and no boolean, integer or float attribute of points "
+            f"is called {name!r}; clear the field or choose another"
+        )
+    return attributes.read(attribute).astype(np.float64)
+
+
+WEIGHTS = ("BOOLEAN", "FLOAT", "INT", "INT8")
+"""Attribute types that can protect points."""

@@ -1,0 +1,248 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Live simplification: the order of removal as attributes, and a node group that cuts through it.
+
+Every point knows its rank and its parent, the point it goes into. A slider says how many ranks
+stay. On clouds and loose points the rest is deleted. On meshes every point that goes moves to its
+nearest living ancestor and is merged there, so the slider gives the very mesh that Simplify gives:
+continuous, without a level being stored. (Levels to switch between would cost memory for each and
+jump from one to the next.)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from functools import partial
+from typing import Any
+
+import bpy
+from bpy.props import FloatProperty
+
+from . import attributes, bridge, properties, sources
+from .attributes import Layer
+from .operators import Worker
+from .salcore import Progress, Ranking
+from .sources import Source
+
+RANK, PARENT, ANCESTOR = "salient_rank", "salient_parent", "salient_ancestor"
+MODIFIER = "Salient Live"
+GROUPS = {False: "Salient Live Points", True: "Salient Live Mesh"}
+VERSION = 1
+"""Of the node groups; one of another version is left alone and a new one made."""
+
+
+class OBJECT_OT_salient_live(Worker, bpy.types.Operator):
+    """Store the order of removal, and add a modifier with a slider that simplifies at once"""
+
+    bl_idname = "object.salient_live"
+    bl_label = "Salient Live Simplify"
+    __annotations__ = {
+        "ratio": FloatProperty(
+            name="Ratio",
+            description="Share of the points that stay, to begin with",
+            default=0.1,
+            min=0.0,
+            max=1.0,
+            subtype="FACTOR",
+            options={"SKIP_SAVE"},
+        ),
+        "protect": properties.input_annotations({"SKIP_SAVE"})["protect"],
+        **properties.parameter_annotations({"SKIP_SAVE"}),
+    }
+
+    def work(self, context: Any) -> Generator[Progress, None, Any]:
+        """Rank the points of every selected geometry."""
+        found = sources.originals(context)
+        for source in found:
+            source.require_editable()
+        steps = partial(_ranking_steps, parameters=properties.parameters(self), name=self.protect)
+        return (yield from sources.each(found, steps))
+
+    def commit(self, context: Any, outcome: list[tuple[Source, Ranking]]) -> None:
+        """Store the ranks and add the modifiers."""
+        for source, ranking in outcome:
+            data = source.data
+            for name, values in ((RANK, ranking.rank), (PARENT, ranking.parent)):
+                attributes.write_layer(data, Layer(name, "INT", "POINT", values))
+            faces = bridge.is_mesh(data) and len(data.polygons) > 0
+            for obj in source.objects:
+                modifier = obj.modifiers.get(MODIFIER) or obj.modifiers.new(MODIFIER, "NODES")
+                modifier.node_group = node_group(faces)
+                set_input(modifier, "Ratio", self.ratio)
+                if faces:
+                    set_input(modifier, "Steps", ranking.generations)
+                obj.update_tag()
+            data.update_tag()
+        self._names = [obj.name for source, _ in outcome for obj in source.objects]
+
+    def conclude(self, context: Any) -> None:
+        """Tell where the slider is."""
+        names = ", ".join(self._names)
+        self.report({"INFO"}, f"{names}: slide Ratio in the modifier {MODIFIER!r}")
+
+    def draw(self, context: Any) -> None:
+        """Draw the panel of the last operation."""
+        self.layout.use_property_split = True
+        self.layout.prop(self, "ratio")
+
+
+def _ranking_steps(
+    source: Source, parameters: Any, name: str
+) -> Generator[Progress, None, Ranking]:
+    analysis = yield from sources.share(0.0, 0.4, sources.analysis_steps(source, parameters))
+    mask = sources.protected(source, name)
+    return (yield from sources.share(0.4, 1.0, analysis.ranking_steps(protect=mask)))
+
+
+def set_input(modifier: Any, name: str, value: Any) -> None:
+    """Set an input of a nodes modifier by the name of its socket."""
+    items = modifier.node_group.interface.items_tree
+    socket = next(item for item in items if item.name == name and item.in_out == "INPUT")
+    if hasattr(modifier, "properties"):  # from Blender 5.2 on
+        getattr(modifier.properties.inputs, socket.identifier).value = value
+    else:
+        modifier[socket.identifier] = value
+
+
+def node_group(faces: bool) -> Any:
+    """Return the node group for meshes with faces, or for points; made where it is missing."""
+    name = GROUPS[faces]
+    for group in bpy.data.node_groups:
+        if group.name.startswith(name) and group.get("salient_version") == VERSION:
+            return group
+    group = bpy.data.node_groups.new(name, "GeometryNodeTree")
+    group["salient_version"] = VERSION
+    group.is_modifier = True
+    _Builder(group).build(faces)
+    return group
+
+
+class _Builder:
+    """Builds the node groups."""
+
+    def __init__(self, group: Any) -> None:
+        self.group = group
+        self.place = 0
+
+    def build(self, faces: bool) -> None:
+        """Fill the group: keep the first ranks, and delete or merge the rest."""
+        sockets = self.group.interface
+        sockets.new_socket("Geometry", in_out="INPUT", socket_type="NodeSocketGeometry")
+        ratio = sockets.new_socket("Ratio", in_out="INPUT", socket_type="NodeSocketFloat")
+        ratio.subtype, ratio.min_value, ratio.max_value = "FACTOR", 0.0, 1.0
+        ratio.default_value = 0.1
+        ratio.description = "Share of the points that stay"
+        if faces:
+            steps = sockets.new_socket("Steps", in_out="INPUT", socket_type="NodeSocketInt")
+            steps.min_value, steps.default_value = 0, 24
+            steps.description = "Doublings that lead every point to its last ancestor"
+            steps.hide_in_modifier = True
+        sockets.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
+        inputs, outputs = self.node("NodeGroupInput"), self.node("NodeGroupOutput")
+        gone = self.gone(inputs.outputs["Geometry"], inputs.outputs["Ratio"], faces)
+        if faces:
+            end = self.merge(inputs.outputs["Geometry"], inputs.outputs["Steps"], gone)
+        else:
+            delete = self.node("GeometryNodeDeleteGeometry")
+            self.link(inputs.outputs["Geometry"], delete.inputs["Geometry"])
+            self.link(gone, delete.inputs["Selection"])
+            end = delete.outputs["Geometry"]
+        outputs.location.x = 200.0 * self.place
+        self.link(end, outputs.inputs["Geometry"])
+
+    def gone(self, geometry: Any, ratio: Any, faces: bool) -> Any:
+        """Return the field of points whose rank is beyond the ratio: rank > max(share, 1) - 1/2."""
+        size = self.node("GeometryNodeAttributeDomainSize")
+        self.link(geometry, size.inputs["Geometry"])
+        if not faces:
+            # One group serves clouds and loose vertices: the component that is there counts.
+            cloud = self.node("GeometryNodeAttributeDomainSize")
+            cloud.component = "POINTCLOUD"
+            self.link(geometry, cloud.inputs["Geometry"])
+            count = self.math("ADD", size.outputs["Point Count"], cloud.outputs["Point Count"])
+        else:
+            count = size.outputs["Point Count"]
+        share = self.math("ROUND", self.math("MULTIPLY", count, ratio))
+        limit = self.math("SUBTRACT", self.math("MAXIMUM", share, 1.0), 0.5)
+        return self.math("GREATER_THAN", self.named(RANK), limit)
+
+    def merge(self, geometry: Any, steps: Any, gone: Any) -> Any:
+        """Return the mesh whose points that are gone have moved into their last ancestors."""
+        index = self.node("GeometryNodeInputIndex").outputs["Index"]
+        first = self.switch(gone, index, self.named(PARENT))
+        stored = self.store(geometry, first)
+        begin, end = self.node("GeometryNodeRepeatInput"), self.node("GeometryNodeRepeatOutput")
+        begin.pair_with_output(end)
+        self.link(steps, begin.inputs["Iterations"])
+        self.link(stored, begin.inputs["Geometry"])
+        further = self.at_index(self.named(ANCESTOR), self.named(ANCESTOR), "INT")
+        self.link(self.store(begin.outputs["Geometry"], further), end.inputs["Geometry"])
+        move = self.node("GeometryNodeSetPosition")
+        position = self.node("GeometryNodeInputPosition").outputs["Position"]
+        self.link(end.outputs["Geometry"], move.inputs["Geometry"])
+        there = self.at_index(position, self.named(ANCESTOR), "FLOAT_VECTOR")
+        self.link(there, move.inputs["Position"])
+        merge = self.node("GeometryNodeMergeByDistance")
+        merge.inputs["Distance"].default_value = 0.0
+        self.link(move.outputs["Geometry"], merge.inputs["Geometry"])
+        clean = self.node("GeometryNodeRemoveAttribute")
+        clean.inputs["Name"].default_value = ANCESTOR
+        self.link(merge.outputs["Geometry"], clean.inputs["Geometry"])
+        return clean.outputs["Geometry"]
+
+    def node(self, kind: str) -> Any:
+        """Add a node, to the right of the last one."""
+        node = self.group.nodes.new(kind)
+        node.location.x = 200.0 * self.place
+        self.place += 1
+        return node
+
+    def link(self, start: Any, end: Any) -> None:
+        """Connect two sockets."""
+        self.group.links.new(start, end)
+
+    def math(self, operation: str, *operands: Any) -> Any:
+        """Return the output of a calculation with sockets and numbers."""
+        node = self.node("ShaderNodeMath")
+        node.operation = operation
+        for socket, operand in zip(node.inputs, operands, strict=False):
+            if isinstance(operand, float):
+                socket.default_value = operand
+            else:
+                self.link(operand, socket)
+        return node.outputs[0]
+
+    def named(self, name: str) -> Any:
+        """Return the field of an integer attribute."""
+        node = self.node("GeometryNodeInputNamedAttribute")
+        node.data_type = "INT"
+        node.inputs["Name"].default_value = name
+        return node.outputs["Attribute"]
+
+    def switch(self, condition: Any, otherwise: Any, then: Any) -> Any:
+        """Return one of two integer fields."""
+        node = self.node("GeometryNodeSwitch")
+        node.input_type = "INT"
+        self.link(condition, node.inputs["Switch"])
+        self.link(otherwise, node.inputs["False"])
+        self.link(then, node.inputs["True"])
+        return node.outputs["Output"]
+
+    def at_index(self, value: Any, index: Any, kind: str) -> Any:
+        """Return the field of a value at another point."""
+        node = self.node("GeometryNodeFieldAtIndex")
+        node.data_type, node.domain = kind, "POINT"
+        self.link(value, node.inputs["Value"])
+        self.link(index, node.inputs["Index"])
+        return node.outputs["Value"]
+
+    def store(self, geometry: Any, value: Any) -> Any:
+        """Return the geometry with the ancestors stored."""
+        node = self.node("GeometryNodeStoreNamedAttribute")
+        node.data_type, node.domain = "INT", "POINT"
+        node.inputs["Name"].default_value = ANCESTOR
+        self.link(geometry, node.inputs["Geometry"])
+        self.link(value, node.inputs["Value"])
+        return node.outputs["Geometry"]
+
+
+CLASSES = (OBJECT_OT_salient_live,)
