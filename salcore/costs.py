@@ -85,9 +85,12 @@ class Costs:
         workers: int,
     ) -> Rests[Costs]:
         """Rest between the parts of the work; return the costs of a surface that is still whole."""
-        yield
-        products = monomials(points)
-        yield
+        products = np.empty((len(points), 10))
+
+        def multiply(start: int, stop: int) -> None:
+            products[start:stop] = monomials(points[start:stop])
+
+        yield from rest_blocks(multiply, len(points), workers=workers)
         quadric, area = yield from vertex_quadrics(points, faces, edges, weights.border, workers)
         mean_area = area.mean() if area.any() else 1.0
         if weights.evenness.any():
@@ -135,7 +138,7 @@ class Costs:
         yield
         for k in range(10):
             self.quadric[changed, k] += np.bincount(place, self.quadric[gone, k], len(changed))
-        yield
+            yield
         self.own[changed] = np.einsum(
             "nk,nk->n", self.quadric[changed], self.products[changed]
         ).clip(min=0.0)

@@ -14,14 +14,14 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.spatial import Delaunay, QhullError, cKDTree
 
-from .blocks import run_blocks
+from .blocks import rest_blocks, run_blocks
 from .geometry import Floats, Geometry, Indices
 from .parameters import Parameters
 from .planes import fit_normals, tangent_basis
 from .progress import Rests, Steps
 
 STAR_BLOCK = 4096
-WIDE_BLOCK = 1 << 16
+WIDE_BLOCK = 1 << 15
 STARS_SHARE = 0.9  # of the time that building a graph takes
 NUDGE = 1e-5
 """Share of the squared spacing by which points are told apart that lie on one circle. Like powers
@@ -108,7 +108,7 @@ def build_graph(geometry: Geometry, parameters: Parameters) -> Steps[Graph]:
         stars, normals = yield from _build_stars(points, parameters)
         edges = yield from _edges(stars)
     yield STARS_SHARE
-    matrix = yield from _symmetric(edges, count)
+    matrix = yield from _symmetric(edges, count, parameters.workers)
     matrix = yield from _widen(matrix, parameters.level)
     yield None
     return Graph(
@@ -133,19 +133,26 @@ def _delaunay_edges(points: Floats) -> Edges:
     return np.concatenate([rows, merged]), np.concatenate([columns, nearest])
 
 
-def _symmetric(edges: Edges, count: int) -> Rests[sparse.csr_array]:
+def _symmetric(edges: Edges, count: int, workers: int) -> Rests[sparse.csr_array]:
     """Return the adjacency matrix with every edge in both directions, once."""
     ones = np.ones(len(edges[0]), dtype=np.int8)
     entries = sparse.coo_array((ones, edges), shape=(count, count))
     yield
-    entries.has_canonical_format = True  # not yet, but then this is a step of its own
+    entries.has_canonical_format = True  # it has not, but that is put right block by block
     half = entries.tocsr()
-    yield
-    half.sum_duplicates()
     yield
     other = half.T.tocsr()
     yield
-    matrix = sparse.csr_array(half + other)
+    blocks: list[sparse.csr_array] = [half] * -(-count // WIDE_BLOCK)
+
+    def add(start: int, stop: int) -> None:
+        one, two = half[start:stop], other[start:stop]
+        one.sum_duplicates()
+        two.sum_duplicates()
+        blocks[start // WIDE_BLOCK] = one + two
+
+    yield from rest_blocks(add, count, workers=workers, size=WIDE_BLOCK)
+    matrix = sparse.csr_array(sparse.vstack(blocks, format="csr") if blocks else half)
     yield
     matrix.sort_indices()
     return matrix
@@ -176,6 +183,7 @@ def _widen(matrix: sparse.csr_array, level: int) -> Rests[sparse.csr_array]:
 def _edges(stars: NDArray[np.int32]) -> Rests[Edges]:
     """Return the edges from every vertex to its star."""
     member = stars >= 0
+    yield
     rows = np.repeat(np.arange(len(stars)), np.count_nonzero(member, axis=1))
     yield
     return rows, stars[member]
@@ -216,7 +224,9 @@ def _build_stars(points: Floats, parameters: Parameters) -> Steps[tuple[NDArray[
         yield 0.4 + (STARS_SHARE - 0.4) * done
     widest = int(np.count_nonzero(stars >= 0, axis=1).max())
     yield None
-    return np.ascontiguousarray(stars[:, :widest]), normals
+    stars = np.ascontiguousarray(stars[:, :widest])
+    yield None
+    return stars, normals
 
 
 def _without_self(found: Indices, block: Indices) -> Indices:

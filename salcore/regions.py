@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from .blocks import rest_blocks
+from .blocks import BLOCK, rest_blocks
 from .geometry import Floats, Geometry, Indices
 from .graph import Graph
 from .progress import Rests
@@ -83,27 +83,30 @@ def build_regions(
     yield from rest_blocks(join, len(saliency), workers=workers)
     labels = yield from _components(graph, joined)
     yield
-    boundary, along = yield from _boundaries(geometry, graph, labels, workers)
-    row = graph.rows()
-    yield
+    boundary, row, other = yield from _boundaries(geometry, graph, labels, workers)
     chains, offsets, branching = yield from _chains(
-        geometry.points, row[along], graph.indices[along], np.flatnonzero(boundary)
+        geometry.points, row, other, np.flatnonzero(boundary)
     )
     return Regions(labels, int(labels.max(initial=-1)) + 1, boundary, chains, offsets, branching)
 
 
 def _boundaries(
     geometry: Geometry, graph: Graph, labels: Indices, workers: int
-) -> Rests[tuple[NDArray[np.bool_], NDArray[np.bool_]]]:
-    """Return the boundary vertices, and the edges within regions that join them, each once."""
+) -> Rests[tuple[NDArray[np.bool_], Indices, NDArray[np.int32]]]:
+    """Return the boundary vertices, and the ends of the edges within regions that join them.
+
+    Each edge comes once.
+    """
     boundary = graph.degrees == 0
-    along = np.empty(len(graph.indices), dtype=bool)
+    inner = np.empty(len(graph.indices), dtype=bool)
+    nothing = np.empty(0, dtype=np.intp), np.empty(0, dtype=np.int32)
+    joins = [nothing] * (len(labels) // BLOCK + 1)
 
     def part(start: int, stop: int) -> None:
         edges, row, other = graph.edges(start, stop)
         differs = labels[row] != labels[other]
         boundary[start:stop] |= row_max(differs, graph.indptr[start : stop + 1] - edges.start) > 0.0
-        along[edges] = ~differs & (row < other)
+        inner[edges] = ~differs & (row < other)
 
     yield from rest_blocks(part, len(labels), workers=workers)
     rim = yield from border_vertices(geometry.faces, workers)
@@ -111,10 +114,12 @@ def _boundaries(
 
     def follow(start: int, stop: int) -> None:
         edges, row, other = graph.edges(start, stop)
-        along[edges] &= boundary[row] & boundary[other]
+        along = inner[edges] & boundary[row] & boundary[other]
+        joins[start // BLOCK] = row[along], other[along]
 
     yield from rest_blocks(follow, len(labels), workers=workers)
-    return boundary, along
+    rows, others = zip(*joins, strict=True)
+    return boundary, np.concatenate(rows), np.concatenate(others)
 
 
 def border_vertices(faces: Indices, workers: int = 0) -> Rests[Indices]:
