@@ -26,6 +26,8 @@ from .sources import Source
 RANK, PARENT, ANCESTOR = "salient_rank", "salient_parent", "salient_ancestor"
 MODIFIER = "Salient Live"
 GROUPS = {False: "Salient Live Points", True: "Salient Live Mesh"}
+ROW = 4096.0
+"""Points in a row of the grid on which points of one ancestor meet."""
 VERSION = 1
 """Of the node groups; one of another version is left alone and a new one made."""
 
@@ -95,12 +97,23 @@ def _ranking_steps(
 
 def set_input(modifier: Any, name: str, value: Any) -> None:
     """Set an input of a nodes modifier by the name of its socket."""
-    items = modifier.node_group.interface.items_tree
-    socket = next(item for item in items if item.name == name and item.in_out == "INPUT")
     if hasattr(modifier, "properties"):  # from Blender 5.2 on
-        getattr(modifier.properties.inputs, socket.identifier).value = value
+        getattr(modifier.properties.inputs, _identifier(modifier, name)).value = value
     else:
-        modifier[socket.identifier] = value
+        modifier[_identifier(modifier, name)] = value
+
+
+def input_path(modifier: Any, name: str) -> str:
+    """Return the data path of an input, for keyframes and drivers."""
+    start, socket = f'modifiers["{modifier.name}"]', _identifier(modifier, name)
+    if hasattr(modifier, "properties"):
+        return f"{start}.properties.inputs.{socket}.value"
+    return f'{start}["{socket}"]'
+
+
+def _identifier(modifier: Any, name: str) -> str:
+    items = modifier.node_group.interface.items_tree
+    return next(i.identifier for i in items if i.name == name and i.in_out == "INPUT")
 
 
 def node_group(faces: bool) -> Any:
@@ -174,20 +187,34 @@ class _Builder:
         begin.pair_with_output(end)
         self.link(steps, begin.inputs["Iterations"])
         self.link(stored, begin.inputs["Geometry"])
-        further = self.at_index(self.named(ANCESTOR), self.named(ANCESTOR), "INT")
+        further = self.at_index(self.named(ANCESTOR), self.named(ANCESTOR))
         self.link(self.store(begin.outputs["Geometry"], further), end.inputs["Geometry"])
-        move = self.node("GeometryNodeSetPosition")
-        position = self.node("GeometryNodeInputPosition").outputs["Position"]
-        self.link(end.outputs["Geometry"], move.inputs["Geometry"])
-        there = self.at_index(position, self.named(ANCESTOR), "FLOAT_VECTOR")
-        self.link(there, move.inputs["Position"])
+        # Points merge by distance, which depends on the scale. So they meet on a grid of whole
+        # numbers, one place for every ancestor, and take its position afterwards.
+        ancestor = self.named(ANCESTOR)
+        grid = self.node("ShaderNodeCombineXYZ")
+        self.link(self.math("MODULO", ancestor, ROW), grid.inputs["X"])
+        row = self.math("FLOOR", self.math("DIVIDE", ancestor, ROW))
+        self.link(row, grid.inputs["Y"])
         merge = self.node("GeometryNodeMergeByDistance")
-        merge.inputs["Distance"].default_value = 0.0
-        self.link(move.outputs["Geometry"], merge.inputs["Geometry"])
+        merge.inputs["Distance"].default_value = 0.1
+        self.link(self.move(end.outputs["Geometry"], grid.outputs["Vector"]), merge.inputs[0])
+        there = self.node("GeometryNodeSampleIndex")
+        there.data_type, there.domain = "FLOAT_VECTOR", "POINT"
+        self.link(geometry, there.inputs["Geometry"])
+        self.link(self.node("GeometryNodeInputPosition").outputs[0], there.inputs["Value"])
+        self.link(self.named(ANCESTOR), there.inputs["Index"])
         clean = self.node("GeometryNodeRemoveAttribute")
         clean.inputs["Name"].default_value = ANCESTOR
-        self.link(merge.outputs["Geometry"], clean.inputs["Geometry"])
+        self.link(self.move(merge.outputs[0], there.outputs["Value"]), clean.inputs["Geometry"])
         return clean.outputs["Geometry"]
+
+    def move(self, geometry: Any, position: Any) -> Any:
+        """Return the geometry with other positions."""
+        node = self.node("GeometryNodeSetPosition")
+        self.link(geometry, node.inputs["Geometry"])
+        self.link(position, node.inputs["Position"])
+        return node.outputs["Geometry"]
 
     def node(self, kind: str) -> Any:
         """Add a node, to the right of the last one."""
@@ -227,10 +254,10 @@ class _Builder:
         self.link(then, node.inputs["True"])
         return node.outputs["Output"]
 
-    def at_index(self, value: Any, index: Any, kind: str) -> Any:
-        """Return the field of a value at another point."""
+    def at_index(self, value: Any, index: Any) -> Any:
+        """Return the field of an integer at another point."""
         node = self.node("GeometryNodeFieldAtIndex")
-        node.data_type, node.domain = kind, "POINT"
+        node.data_type, node.domain = "INT", "POINT"
         self.link(value, node.inputs["Value"])
         self.link(index, node.inputs["Index"])
         return node.outputs["Value"]

@@ -8,7 +8,7 @@ from typing import Any
 
 import bpy
 
-from . import sources
+from . import properties, sources
 from .jobs import SLICE, Job
 from .salcore import Progress, SalcoreError
 
@@ -67,10 +67,7 @@ class Worker:
 
     def invoke(self, context: Any, event: Any) -> set[str]:
         """Take what is not given from the panel's settings, and work in slices."""
-        settings = context.scene.salient_simplify
-        for name in self.__annotations__:
-            if hasattr(settings, name) and not self.properties.is_property_set(name):
-                setattr(self, name, getattr(settings, name))
+        properties.adopt(self.properties, context.scene.salient_simplify)
         if bpy.app.background or context.window is None:
             return self.execute(context)
         try:

@@ -167,6 +167,15 @@ def target(settings: Any) -> dict[str, float]:
     return {name: getattr(settings, name)}
 
 
+def adopt(own: Any, settings: Any) -> None:
+    """Give operator properties that nobody has set the values of the panel's settings."""
+    for each in own.bl_rna.properties:
+        name = each.identifier
+        known = name != "rna_type" and name in settings.bl_rna.properties
+        if known and not own.is_property_set(name):
+            setattr(own, name, getattr(settings, name))
+
+
 class SalientFigures(bpy.types.PropertyGroup):
     """Figures of the last result, and how far running work has come; not saved."""
 

@@ -52,7 +52,10 @@ def add(source: Source, result: Simplification, suffix: str, collection: Any = N
 def _twin(obj: Any, data: Any, applied: bool, suffix: str, collection: Any) -> Any:
     """Return an object like `obj` that shows other data."""
     if bridge.is_mesh(data) == (obj.type == "MESH"):
+        selected = obj.select_get()
+        obj.select_set(False)  # or else the copy would be selected, too
         twin = obj.copy()
+        obj.select_set(selected)
         twin.data = data
         if applied:
             twin.modifiers.clear()
@@ -72,6 +75,7 @@ def _twin(obj: Any, data: Any, applied: bool, suffix: str, collection: Any) -> A
 
 def hide(context: Any, originals: list[Any], twins: list[Any]) -> None:
     """Hide originals and select what takes their place."""
+    context.view_layer.update()
     active = context.view_layer.objects.active
     for obj, twin in zip(originals, twins, strict=True):
         if twin.name in context.view_layer.objects:

@@ -34,7 +34,7 @@ class Topology(NamedTuple):
     edges : (E, 2) int64
         Vertices of the edges.
     edge_source : (E,) int64
-        Original edge; -1 for sides inside an original quad or n-gon.
+        Original edge; -1 where there is none.
     """
 
     starts: Ints
@@ -50,17 +50,12 @@ def simplified(mesh: Any, result: Simplification) -> Topology:
     """Return the topology that `result` leaves of a `bpy.types.Mesh`."""
     starts, polygons, vertices, corners = _polygons(mesh, result)
     sides = np.column_stack([vertices, vertices[_following(starts, len(vertices))]])
-    old_sides = _old_sides(mesh, corners, starts)
-    loose, loose_source = _loose_edges(mesh, result)
-    sides, sources = np.concatenate([sides, loose]), np.concatenate([old_sides, loose_source])
+    sides = np.concatenate([sides, _loose_edges(mesh, result)])
     count = max(len(result.indices), 1)
-    keys = sides.min(axis=1) * count + sides.max(axis=1)
-    unique, edge_of = np.unique(keys, return_inverse=True)
-    edge_source = np.full(len(unique), -1, dtype=np.int64)
-    known = np.flatnonzero(sources >= 0)[::-1]  # of several, the first is written last
-    edge_source[edge_of[known]] = sources[known]
-    edges = np.column_stack(np.divmod(unique, count))
-    edge_of = edge_of[: len(vertices)]
+    keys, edge_of = np.unique(sides.min(axis=1) * count + sides.max(axis=1), return_inverse=True)
+    edges = np.column_stack(np.divmod(keys, count))
+    edge_source = result.edge_source(attributes.topology(mesh, ".edge_verts"), edges)
+    edge_of = edge_of.ravel()[: len(vertices)]
     return Topology(starts, polygons, vertices, corners, edge_of, edges, edge_source)
 
 
@@ -122,28 +117,10 @@ def _following(starts: Ints, count: int) -> Ints:
     return after
 
 
-def _old_sides(mesh: Any, corners: Ints, starts: Ints) -> Ints:
-    """Return the original edge (C,) that runs along the side after each corner, or -1."""
-    if not len(corners):
-        return np.empty(0, dtype=np.int64)
-    vertex = attributes.topology(mesh, ".corner_vert").astype(np.int64)
-    edges = attributes.topology(mesh, ".edge_verts").astype(np.int64)
-    count = len(mesh.vertices)
-    keys = edges.min(axis=1) * count + edges.max(axis=1)
-    order = np.argsort(keys)
-    here = vertex[corners]
-    there = here[_following(starts, len(corners))]
-    wanted = np.minimum(here, there) * count + np.maximum(here, there)
-    found = order[np.searchsorted(keys, wanted, sorter=order).clip(max=len(keys) - 1)]
-    return np.where(keys[found] == wanted, found, -1)
-
-
-def _loose_edges(mesh: Any, result: Simplification) -> tuple[Ints, Ints]:
-    """Return the edges (e, 2) of no polygon, between what stands for their ends, and the old."""
+def _loose_edges(mesh: Any, result: Simplification) -> Ints:
+    """Return the edges (e, 2) of no polygon, between what stands for their ends."""
     edges = attributes.topology(mesh, ".edge_verts")
     loose = np.ones(len(edges), dtype=bool)
     loose[attributes.topology(mesh, ".corner_edge")] = False
-    old = np.flatnonzero(loose)
-    ends = result.source[edges[old]]
-    good = (ends[:, 0] != ends[:, 1]) & (ends >= 0).all(axis=1)
-    return ends[good], old[good]
+    ends = result.source[edges[loose]]
+    return ends[(ends[:, 0] != ends[:, 1]) & (ends >= 0).all(axis=1)]

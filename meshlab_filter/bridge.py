@@ -11,7 +11,6 @@ from typing import Any, NamedTuple
 import numpy as np
 import pymeshlab
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 import salcore
 
@@ -120,20 +119,10 @@ def _face_arrays(mesh: Any, result: salcore.Simplification) -> dict[str, Any]:
 
 
 def _wedges(mesh: Any, result: salcore.Simplification) -> Floats:
-    """Return texture coordinates (3 K, 2) for the corners of the faces that are left.
-
-    A corner whose vertex stays keeps its own. One whose vertex went into another takes, of all
-    that the other has at its faces, those nearest to its own: those of its chart.
-    """
+    """Return texture coordinates (3 K, 2) for the corners of the faces that are left."""
     wedges = mesh.wedge_tex_coord_matrix()
-    corners = mesh.face_matrix().ravel()
-    wanted = wedges.reshape(-1, 3, 2)[result.face_source].reshape(-1, 2)
-    vertices = result.indices[result.faces].ravel()
-    # The vertex is a third coordinate, in steps longer than any distance in the chart.
-    step = 2.0 * np.linalg.norm(np.ptp(wedges, axis=0)) + 1.0
-    tree = cKDTree(np.column_stack([wedges, step * corners]))
-    nearest = tree.query(np.column_stack([wanted, step * vertices]), workers=-1)[1]
-    return np.asarray(wedges[nearest])
+    corners = result.corner_source(mesh.face_matrix(), wedges.reshape(-1, 3, 2))
+    return np.asarray(wedges[corners.ravel()])
 
 
 def _use_first_texture(mesh_set: Any) -> None:

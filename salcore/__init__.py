@@ -6,10 +6,11 @@ attributes. See `analyze`, `simplify` and `Parameters`.
 """
 
 from .errors import Cancelled, GeometryError, ParameterError, SalcoreError
-from .metrics import Deviation, Errors, Surface, compare, make_surface
+from .metrics import Deviation, Errors, Surface, compare, compare_steps, make_surface
 from .parameters import PRESETS, TABLE, TARGETS, Parameter, Parameters
 from .pipeline import Analysis, analysis_steps, analyze, simplify
 from .progress import Progress, run
+from .ranking import Ranking
 from .result import Report, Simplification
 
 __all__ = [
@@ -25,6 +26,7 @@ __all__ = [
     "ParameterError",
     "Parameters",
     "Progress",
+    "Ranking",
     "Report",
     "SalcoreError",
     "Simplification",
@@ -32,6 +34,7 @@ __all__ = [
     "analysis_steps",
     "analyze",
     "compare",
+    "compare_steps",
     "make_surface",
     "run",
     "simplify",

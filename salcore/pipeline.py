@@ -21,6 +21,7 @@ from .levels import cut_faces, living_ancestors, optimal_positions
 from .parameters import Parameters
 from .progress import Callback, Progress, Rests, run, staged
 from .progressive import Elimination, eliminate
+from .ranking import Ranking, input_ranking
 from .regions import Regions, build_regions
 from .result import Simplification
 from .saliency import Saliency, build_saliency
@@ -151,6 +152,16 @@ class Analysis:
         else:
             count = count_for(name, value, available, int(mask.sum()))
         return (yield from staged("Cut", 1.0, 1.0, self._cut(elimination, count, begun)))
+
+    def ranking_steps(
+        self, *, protect: ArrayLike | None = None, importance: ArrayLike | None = None
+    ) -> Generator[Progress, None, Ranking]:
+        """Yield progress and return the order in which input points go, for any number kept."""
+        mask = self._of_vertices(protect, "protect").astype(bool)
+        extra = self._of_vertices(importance, "importance")
+        elimination = yield from self._eliminate(mask, extra)
+        yield Progress("Ranking", 1.0)
+        return input_ranking(self.geometry, elimination)
 
     def _by_threshold(
         self, alpha: float, protect: NDArray[np.bool_], begun: float

@@ -9,12 +9,14 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from .errors import GeometryError
 from .geometry import Floats, Geometry, Indices
 from .interest import Interest
 from .metrics import Errors, Surface, compare_steps
 from .progress import Rests, finish
+from .provenance import corner_sources, edge_sources
 
 
 @dataclass(frozen=True)
@@ -156,6 +158,76 @@ class Simplification:
             interest=interest,
             seconds=seconds,
             _context=_Context(geometry, **context),
+        )
+
+    def corner_source(self, faces: ArrayLike, charts: ArrayLike | None = None) -> NDArray[np.int64]:
+        """Return the input corner (K, 3) that each corner of `faces` takes its values from.
+
+        For texture coordinates and all else that belongs to corners: a corner whose vertex stayed
+        keeps its own; one whose vertex went into another takes the values of that other in the
+        same chart.
+
+        Parameters
+        ----------
+        faces : (F, 3) array_like of integers
+            The faces that were analysed.
+        charts : (F, 3, d) array_like of float, optional
+            Texture coordinates of their corners, or other values that tell charts apart.
+
+        Returns
+        -------
+        (K, 3) int64
+            Corner c of face f is ``3 f + c``.
+
+        Raises
+        ------
+        GeometryError
+            If the simplification has no faces.
+
+        Notes
+        -----
+        O(F + K log K).
+        """
+        if self.faces is None or self.face_source is None:
+            raise GeometryError("faces: this simplification has none; simplify a mesh by count")
+        vertex_of = self._context.geometry.vertex_of
+        return corner_sources(
+            vertex_of[np.asarray(faces)],
+            vertex_of[self.indices[self.faces]],
+            self.face_source,
+            None if charts is None else np.asarray(charts, dtype=np.float64),
+        )
+
+    def edge_source(self, edges: ArrayLike, new_edges: ArrayLike) -> NDArray[np.int64]:
+        """Return the input edge (e,) that each edge of the result takes its values from.
+
+        For creases, seams and all else that belongs to edges: one whose ends went into the ends of
+        the new one; of several the one that lies closest along it.
+
+        Parameters
+        ----------
+        edges : (E, 2) array_like of integers
+            Edges between input points.
+        new_edges : (e, 2) array_like of integers
+            Edges between positions in `indices`.
+
+        Returns
+        -------
+        (e,) int64
+            -1 where there is none.
+
+        Notes
+        -----
+        O(E log e).
+        """
+        geometry = self._context.geometry
+        old = np.asarray(edges, dtype=np.intp).reshape(-1, 2)
+        return edge_sources(
+            geometry.points[geometry.vertex_of],
+            old,
+            self.source[old],
+            self.indices,
+            np.asarray(new_edges, dtype=np.intp).reshape(-1, 2),
         )
 
     @cached_property

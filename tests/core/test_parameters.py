@@ -102,7 +102,7 @@ ORDER = [
     "errors", "parameters", "blocks", "progress", "sorting", "geometry", "rows", "planes", "graph",
     "frames", "patches", "saliency", "regions", "coverage", "interest", "metrics", "triangles",
     "quadrics", "costs", "collapse", "pairs", "progressive", "surface", "levels", "targets",
-    "result", "pipeline", "__init__",
+    "ranking", "provenance", "result", "pipeline", "__init__",
 ]  # fmt: skip
 
 

@@ -1,0 +1,103 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which corner and edge of the input each one of a simplified mesh takes its values from.
+
+Texture coordinates, corner colours and split normals belong to corners, not to vertices: a vertex
+on a seam has several values, one for each chart that meets there. Seams, creases and sharpness
+belong to edges.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from .geometry import Floats, Indices
+
+
+def corner_sources(
+    corners: Indices, wanted: Indices, face_source: Indices, charts: Floats | None
+) -> NDArray[np.int64]:
+    """Return the input corner (K, 3) that each new corner takes its values from.
+
+    A corner whose vertex stayed keeps its own. One whose vertex went into another takes, of all
+    corners at that other vertex, the one nearest to it in the charts.
+
+    Parameters
+    ----------
+    corners : (F, 3) intp
+        Vertices of the input's faces.
+    wanted : (K, 3) intp
+        Vertices of the new faces.
+    face_source : (K,) intp
+        Input face that each comes from, corner by corner.
+    charts : (F, 3, d) float64 or None
+        Texture coordinates of the input's corners, or other values that tell charts apart; without
+        them any corner at the vertex does.
+
+    Returns
+    -------
+    (K, 3) int64
+        Corner c of face f is ``3 f + c``.
+    """
+    own: NDArray[np.int64] = 3 * face_source[:, None].astype(np.int64) + np.arange(3)
+    moved = corners[face_source] != wanted
+    if not moved.any():
+        return own
+    vertices, place = np.unique(wanted[moved], return_inverse=True)
+    number = np.full(int(corners.max()) + 1, -1, dtype=np.int64)
+    number[vertices] = np.arange(len(vertices))
+    flat = number[corners.ravel()]
+    candidates = np.flatnonzero(flat >= 0)
+    values = np.zeros((corners.size, 1)) if charts is None else charts.reshape(corners.size, -1)
+    # The vertex is one more coordinate, in steps longer than any distance in the charts.
+    step = 2.0 * np.linalg.norm(np.ptp(values, axis=0)) + 1.0
+    tree = cKDTree(np.column_stack([values[candidates], step * flat[candidates]]))
+    query = np.column_stack([values[own[moved]], step * place.ravel()])
+    own[moved] = candidates[tree.query(query, workers=-1)[1]]
+    return own
+
+
+def edge_sources(
+    points: Floats, edges: Indices, ends: Indices, kept: Indices, new_edges: Indices
+) -> NDArray[np.int64]:
+    """Return the input edge (e,) that each new edge takes its values from, or -1.
+
+    Candidates are all edges whose ends went into the ends of the new one; of several, the one that
+    lies closest along it is taken, so a crease goes on along what is left of it.
+
+    Parameters
+    ----------
+    points : (N, 3) float64
+    edges : (E, 2) intp
+        Ends of the input's edges.
+    ends : (E, 2) intp
+        What stands for these ends, as positions among the kept points; -1 for nothing.
+    kept : (M,) intp
+        Kept points.
+    new_edges : (e, 2) intp
+        Ends of the new edges, as positions among the kept points.
+    """
+    count = max(len(kept), 1)
+    wanted = new_edges.min(axis=1) * count + new_edges.max(axis=1)
+    order = np.argsort(wanted)
+    result = np.full(len(wanted), -1, dtype=np.int64)
+    old = np.flatnonzero((ends[:, 0] != ends[:, 1]) & (ends >= 0).all(axis=1))
+    if not len(old) or not len(wanted):
+        return result
+    key = ends[old].min(axis=1) * count + ends[old].max(axis=1)
+    place = order[np.searchsorted(wanted, key, sorter=order).clip(max=len(order) - 1)]
+    hit = wanted[place] == key
+    old, place = old[hit], place[hit]
+    start, stop = points[kept[new_edges[place]]].transpose(1, 0, 2)
+    along = stop - start
+    length = np.maximum(np.einsum("ec,ec->e", along, along), np.finfo(np.float64).tiny)
+    away = np.zeros(len(old))
+    for end in edges[old].T:
+        offset = points[end] - start
+        share = np.einsum("ec,ec->e", offset, along) / length
+        rest = offset - share[:, None] * along
+        away += np.einsum("ec,ec->e", rest, rest)
+    worst_first = np.lexsort((-old, -away))  # what is written last stays
+    result[place[worst_first]] = old[worst_first]
+    return result
