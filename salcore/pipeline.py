@@ -215,7 +215,7 @@ class Analysis:
 
         def measure(count: int) -> Rests[float]:
             cut = yield from self._cut(elimination, count, 0.0)
-            return (yield from cut.errors_steps()).surface.max
+            return (yield from cut.largest_error())
 
         steps = count_within(bound, estimate, measure, max(protected, 1))
         return (yield from staged("Error", 0.9, 1.0, steps))

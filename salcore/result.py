@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from .errors import GeometryError
 from .geometry import Floats, Geometry, Indices
 from .interest import Interest
-from .metrics import Errors, Surface, compare_steps
+from .metrics import Errors, Surface, compare_steps, distances
 from .progress import Rests, finish
 from .provenance import corner_sources, edge_sources
 
@@ -257,10 +257,21 @@ class Simplification:
         )
 
     def errors_steps(self) -> Rests[Errors]:
-        """Measure the report's errors, with rests.
+        """Measure the report's errors, with rests."""
+        original, simplified = self._surfaces()
+        yield
+        return (yield from compare_steps(original, simplified, workers=self._context.workers))
 
-        This is done in the clean vertices' frame; lengths are in the input's unit.
-        """
+    def largest_error(self) -> Rests[float]:
+        """Measure only the report's ``errors.surface.max``, with rests."""
+        original, simplified = self._surfaces()
+        yield
+        steps = distances(original.points, simplified, workers=self._context.workers)
+        _, to_surface = yield from steps
+        return float(to_surface.max(initial=0.0))
+
+    def _surfaces(self) -> tuple[Surface, Surface]:
+        """Return what errors lie between: in the input's unit, about the clean vertices' centre."""
         context, geometry = self._context, self._context.geometry
         points = geometry.points / geometry.scale
         vertex = geometry.vertex_of[self.indices]
@@ -269,13 +280,8 @@ class Simplification:
         if self.positions is not None:
             kept = self.positions - geometry.centre
         if self.faces is None:
-            original = Surface(points, none, normals)
-            simplified = Surface(kept, none, normals[vertex])
-        else:
-            original = Surface(points, geometry.faces)
-            simplified = Surface(kept, self.faces)
-        yield
-        return (yield from compare_steps(original, simplified, workers=context.workers))
+            return Surface(points, none, normals), Surface(kept, none, normals[vertex])
+        return Surface(points, geometry.faces), Surface(kept, self.faces)
 
 
 @dataclass(frozen=True, eq=False)
