@@ -74,14 +74,16 @@ def _transform(vectors: NDArray[np.float32], linear: Floats) -> Floats:
 
 def triangles(mesh: Any) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.int32]]:
     """Return the triangles of a mesh: their vertices (t, 3), corners (t, 3) and polygons (t,)."""
+    vertex = attributes.topology(mesh, ".corner_vert")
+    if len(vertex) == 3 * len(mesh.polygons):  # all are triangles
+        corners = np.arange(len(vertex), dtype=np.int32).reshape(-1, 3)
+        return vertex.reshape(-1, 3), corners, np.arange(len(corners), dtype=np.int32)
     mesh.calc_loop_triangles()
-    found = mesh.loop_triangles
-    vertices, corners = (np.empty((len(found), 3), dtype=np.int32) for _ in range(2))
-    polygons = np.empty(len(found), dtype=np.int32)
-    found.foreach_get("vertices", vertices.ravel())
-    found.foreach_get("loops", corners.ravel())
-    found.foreach_get("polygon_index", polygons)
-    return vertices, corners, polygons
+    corners = np.empty((len(mesh.loop_triangles), 3), dtype=np.int32)
+    mesh.loop_triangles.foreach_get("loops", corners.ravel())
+    polygons = np.empty(len(corners), dtype=np.int32)
+    mesh.loop_triangle_polygons.foreach_get("value", polygons)
+    return vertex[corners], corners, polygons
 
 
 def weights(obj: Any, data: Any, name: str) -> NDArray[np.float64]:

@@ -101,11 +101,15 @@ def _build(mesh: Any, shape: Topology, points: NDArray[np.float32]) -> None:
     mesh.edges.add(len(shape.edges))
     mesh.loops.add(len(shape.corners))
     mesh.polygons.add(len(shape.starts))
-    mesh.attributes["position"].data.foreach_set("vector", points.ravel())
-    mesh.edges.foreach_set("vertices", shape.edges.astype(np.int32).ravel())
     mesh.polygons.foreach_set("loop_start", shape.starts.astype(np.int32))
-    mesh.loops.foreach_set("vertex_index", shape.vertices.astype(np.int32))
-    mesh.loops.foreach_set("edge_index", shape.edge_of.astype(np.int32))
+    for name, values in (
+        ("position", points),
+        (".edge_verts", shape.edges),
+        (".corner_vert", shape.vertices),
+        (".corner_edge", shape.edge_of),
+    ):
+        if len(values):
+            attributes.write(mesh.attributes[name], values)
 
 
 def _keep_vertices(mesh: Any, indices: NDArray[np.integer]) -> None:

@@ -54,7 +54,9 @@ def simplified(mesh: Any, result: Simplification) -> Topology:
     count = max(len(result.indices), 1)
     keys, edge_of = np.unique(sides.min(axis=1) * count + sides.max(axis=1), return_inverse=True)
     edges = np.column_stack(np.divmod(keys, count))
-    edge_source = result.edge_source(attributes.topology(mesh, ".edge_verts"), edges)
+    edge_source = np.full(len(edges), -1, dtype=np.int64)
+    if _carries(mesh, "EDGE"):
+        edge_source = result.edge_source(attributes.topology(mesh, ".edge_verts"), edges)
     edge_of = edge_of.ravel()[: len(vertices)]
     return Topology(starts, polygons, vertices, corners, edge_of, edges, edge_source)
 
@@ -70,7 +72,7 @@ def _polygons(mesh: Any, result: Simplification) -> tuple[Ints, Ints, Ints, Ints
     left = np.bincount(polygon_of[origin[unchanged]], minlength=len(size))
     whole = left == size - 2
     rest = np.flatnonzero(~whole[polygon_of[origin]])
-    source = result.corner_source(old_vertices, charts(mesh, old_corners))[rest]
+    source = _corner_source(mesh, result, old_vertices, old_corners)[rest]
     place = np.full(len(mesh.vertices), -1, dtype=np.int64)
     place[result.indices] = np.arange(len(result.indices))
     intact = np.flatnonzero(whole)
@@ -87,12 +89,26 @@ def _polygons(mesh: Any, result: Simplification) -> tuple[Ints, Ints, Ints, Ints
     return starts, polygons[order], vertices[moved], corners[moved]
 
 
+def _corner_source(
+    mesh: Any, result: Simplification, vertices: NDArray[np.int32], corners: NDArray[np.int32]
+) -> Ints:
+    """Return the old corner (k, 3), among those of the triangles, for each new one."""
+    if not _carries(mesh, "CORNER"):
+        return 3 * result.face_source[:, None] + np.arange(3)
+    return result.corner_source(vertices, charts(mesh, corners))
+
+
 def charts(mesh: Any, corners: NDArray[np.int32]) -> NDArray[np.float64] | None:
     """Return what tells corners of one vertex apart: the active UV map, or None."""
     uv = mesh.uv_layers.active
     if uv is None:
         return None
     return attributes.read(mesh.attributes[uv.name]).astype(np.float64)[corners]
+
+
+def _carries(mesh: Any, domain: str) -> bool:
+    """Return whether elements of a domain have values that a new element has to get."""
+    return any(a.domain == domain and a.name not in attributes.TOPOLOGY for a in mesh.attributes)
 
 
 def _loops(mesh: Any) -> tuple[Ints, Ints]:
