@@ -49,5 +49,5 @@ def _key(arrays: Arrays, parameters: Parameters) -> bytes:
     for array in arrays:
         if array is not None:
             digest.update(repr(array.shape).encode())
-            digest.update(array)
+            digest.update(array.data)
     return digest.digest()

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -98,7 +99,7 @@ def write(attribute: Any, values: NDArray[Any] | list[bytes]) -> None:
     attribute.data.foreach_set(layout.field, flat)
 
 
-def read_layers(geometry: Any, skip: set[str] = frozenset()) -> list[Layer]:
+def read_layers(geometry: Any, skip: Collection[str] = ()) -> list[Layer]:
     """Return all attributes of a mesh or point cloud but its topology and those of `skip`."""
     return [
         Layer(attribute.name, attribute.data_type, attribute.domain, read(attribute))

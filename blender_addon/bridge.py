@@ -63,7 +63,7 @@ def read(data: Any, matrix: Any) -> Arrays:
         return Arrays(points, None, None)
     # Normals go with the transposed inverse, here without the division by the determinant.
     across = np.cross(np.roll(linear, -1, axis=0), np.roll(linear, -2, axis=0))
-    return Arrays(points, None, _transform(attributes.read(attribute), across))
+    return Arrays(points, None, _transform(np.asarray(attributes.read(attribute)), across))
 
 
 def _transform(vectors: NDArray[np.float32], linear: Floats) -> Floats:
@@ -119,7 +119,7 @@ def weights(obj: Any, data: Any, name: str) -> NDArray[np.float64]:
             f"{obj.name}: no vertex group and no boolean, integer or float attribute of points "
             f"is called {name!r}; clear the field or choose another"
         )
-    return attributes.read(attribute).astype(np.float64)
+    return np.asarray(attributes.read(attribute), dtype=np.float64)
 
 
 WEIGHTS = ("BOOLEAN", "FLOAT", "INT", "INT8")

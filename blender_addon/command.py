@@ -14,11 +14,11 @@ import bpy
 from . import properties, results, sources
 from .bridge import HostError
 from .jobs import Job
-from .salcore import PRESETS, TARGETS, Parameter, SalcoreError, Simplification
+from .salcore import PRESETS, TARGETS, Parameter, Parameters, SalcoreError, Simplification
 
 NAME = "salient_simplify"
 MISTAKE = 2
-IMPORTERS = {
+IMPORTERS: dict[str, tuple[str, dict[str, Any]]] = {
     ".ply": ("wm.ply_import", {}),
     ".obj": ("wm.obj_import", {}),
     ".stl": ("wm.stl_import", {}),
@@ -28,7 +28,7 @@ IMPORTERS = {
     ".usdc": ("wm.usd_import", {}),
     ".abc": ("wm.alembic_import", {}),
 }
-EXPORTERS = {
+EXPORTERS: dict[str, tuple[str, dict[str, Any]]] = {
     ".ply": ("wm.ply_export", {"export_attributes": True}),
     ".obj": ("wm.obj_export", {}),
     ".stl": ("wm.stl_export", {}),
@@ -102,7 +102,7 @@ def _simplify(options: argparse.Namespace) -> str:
         if getattr(options, row.name) is not None
     }
     settings = properties.preset(options.preset).as_dict() | changes | {"error_unit": "length"}
-    parameters = properties.Parameters(**settings)
+    parameters = Parameters(**settings)
     (target,) = (
         {row.name: getattr(options, row.name)}
         for row in TARGETS

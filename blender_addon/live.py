@@ -272,4 +272,4 @@ class _Builder:
         return node.outputs["Geometry"]
 
 
-CLASSES = (OBJECT_OT_salient_live,)
+CLASSES: tuple[Any, ...] = (OBJECT_OT_salient_live,)

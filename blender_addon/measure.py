@@ -71,4 +71,4 @@ class OBJECT_OT_salient_measure(Worker, bpy.types.Operator):
         self.report({"INFO"}, self._said)
 
 
-CLASSES = (OBJECT_OT_salient_measure,)
+CLASSES: tuple[Any, ...] = (OBJECT_OT_salient_measure,)

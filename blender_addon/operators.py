@@ -27,7 +27,12 @@ class Worker:
     """
 
     bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012 - Blender reads the class attribute
-    _job: Job | None = None
+    bl_label: str
+    layout: Any
+    properties: Any
+    report: Any
+    poll_message_set: Any
+    _job: Job
     _timer: Any = None
 
     @classmethod
@@ -115,8 +120,7 @@ class Worker:
 
     def cancel(self, context: Any) -> None:
         """Clean up when Blender itself ends the operator, as on loading another file."""
-        if self._job is not None:
-            self._job.cancel()
+        self._job.cancel()
         self._end(context)
 
     def conclude(self, context: Any) -> None:

@@ -11,27 +11,11 @@ from bl_operators.presets import AddPresetBase
 from bl_ui.utils import PresetPanel
 
 from . import live, measure, properties, show, simplify
+from .drawing import draw_output, draw_target
 
 PRESETS = "salient_simplify"
 """Folder of the presets, in Blender's preset folders."""
 PRESET_PATH = str(Path(__file__).parent)
-
-
-def draw_target(layout: Any, settings: Any) -> None:
-    """Draw the target and its value."""
-    layout.use_property_split = True
-    layout.use_property_decorate = False
-    layout.prop(settings, "target")
-    layout.prop(settings, settings.target.lower())
-
-
-def draw_output(layout: Any, settings: Any) -> None:
-    """Draw where the result goes."""
-    layout.prop(settings, "source")
-    layout.prop(settings, "output")
-    if settings.output == "NEW":
-        layout.prop(settings, "hide_source")
-    layout.prop(settings, "measure")
 
 
 class _Panel:
@@ -180,7 +164,7 @@ def _draw_menu(self: Any, context: Any) -> None:
     self.layout.menu("VIEW3D_MT_salient")
 
 
-CLASSES = (
+CLASSES: tuple[Any, ...] = (
     VIEW3D_PT_salient,
     VIEW3D_PT_salient_more,
     VIEW3D_PT_salient_presets,

@@ -179,18 +179,20 @@ def adopt(own: Any, settings: Any) -> None:
 class SalientFigures(bpy.types.PropertyGroup):
     """Figures of the last result, and how far running work has come; not saved."""
 
-    stage: StringProperty()
-    fraction: FloatProperty()
-    title: StringProperty()
-    points_before: IntProperty()
-    points_after: IntProperty()
-    max_error: FloatProperty(subtype="DISTANCE", precision=6)
-    mean_error: FloatProperty(subtype="DISTANCE", precision=6)
-    measured: BoolProperty()
-    seconds: FloatProperty(subtype="TIME_ABSOLUTE")
+    __annotations__ = {
+        "stage": StringProperty(),
+        "fraction": FloatProperty(),
+        "title": StringProperty(),
+        "points_before": IntProperty(),
+        "points_after": IntProperty(),
+        "max_error": FloatProperty(subtype="DISTANCE", precision=6),
+        "mean_error": FloatProperty(subtype="DISTANCE", precision=6),
+        "measured": BoolProperty(),
+        "seconds": FloatProperty(),
+    }
 
 
-CLASSES = (SalientSettings, SalientFigures)
+CLASSES: tuple[Any, ...] = (SalientSettings, SalientFigures)
 
 
 def register() -> None:

@@ -112,7 +112,7 @@ class OBJECT_OT_salient_show_saliency(Shower, bpy.types.Operator):
         super().commit(context, outcome)
         for source, layers in outcome:
             if bridge.is_mesh(source.data):
-                _set_group(source.object, layers[0].values)
+                _set_group(source.object, np.asarray(layers[0].values))
 
 
 class OBJECT_OT_salient_show_regions(Shower, bpy.types.Operator):
@@ -203,7 +203,7 @@ def _show_colors(context: Any, solid: bool) -> None:
                 shading.color_type = "VERTEX"
 
 
-CLASSES = (
+CLASSES: tuple[Any, ...] = (
     OBJECT_OT_salient_show_saliency,
     OBJECT_OT_salient_show_regions,
     OBJECT_OT_salient_show_interest,

@@ -13,8 +13,9 @@ from bpy.props import StringProperty
 
 from . import bridge, properties, results, sources
 from .bridge import HostError
+from .drawing import draw_output, draw_target
 from .operators import Worker
-from .salcore import Progress, Simplification
+from .salcore import Deviation, Progress, Simplification
 from .salcore.progress import staged
 from .sources import Source
 
@@ -65,7 +66,7 @@ class OBJECT_OT_salient_simplify(Worker, bpy.types.Operator):
     def commit(self, context: Any, outcome: list[tuple[Source, Simplification]]) -> None:
         """Put the results into the scene."""
         self._outcome = outcome
-        self._errors = []
+        self._errors: list[Deviation] = []
         for source, result in outcome:
             if self.output == "IN_PLACE":
                 results.replace(source, result)
@@ -107,10 +108,8 @@ class OBJECT_OT_salient_simplify(Worker, bpy.types.Operator):
 
     def draw(self, context: Any) -> None:
         """Draw the panel of the last operation."""
-        from . import panel
-
-        panel.draw_target(self.layout, self)
-        panel.draw_output(self.layout, self)
+        draw_target(self.layout, self)
+        draw_output(self.layout, self)
 
 
 class OBJECT_OT_salient_levels(Worker, bpy.types.Operator):
@@ -177,4 +176,4 @@ def _ratios(text: str) -> list[float]:
     return numbers
 
 
-CLASSES = (OBJECT_OT_salient_simplify, OBJECT_OT_salient_levels)
+CLASSES: tuple[Any, ...] = (OBJECT_OT_salient_simplify, OBJECT_OT_salient_levels)

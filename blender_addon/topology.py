@@ -103,7 +103,7 @@ def charts(mesh: Any, corners: NDArray[np.int32]) -> NDArray[np.float64] | None:
     uv = mesh.uv_layers.active
     if uv is None:
         return None
-    return attributes.read(mesh.attributes[uv.name]).astype(np.float64)[corners]
+    return np.asarray(attributes.read(mesh.attributes[uv.name]), dtype=np.float64)[corners]
 
 
 def _carries(mesh: Any, domain: str) -> bool:
@@ -113,9 +113,9 @@ def _carries(mesh: Any, domain: str) -> bool:
 
 def _loops(mesh: Any) -> tuple[Ints, Ints]:
     """Return the first corner and the number of corners of every polygon."""
-    first = np.empty(len(mesh.polygons), dtype=np.int32)
-    mesh.polygons.foreach_get("loop_start", first)
-    first = first.astype(np.int64)
+    found = np.empty(len(mesh.polygons), dtype=np.int32)
+    mesh.polygons.foreach_get("loop_start", found)
+    first = found.astype(np.int64)
     return first, np.diff(np.append(first, len(mesh.loops)))
 
 

@@ -22,7 +22,7 @@ def test_links_lead_somewhere():
 
 
 def test_every_source_file_names_its_licence():
-    for folder in ("salcore", "meshlab_filter", "tests", "benchmarks", "docs"):
+    for folder in ("salcore", "meshlab_filter", "blender_addon", "tests", "benchmarks", "docs"):
         for path in (ROOT / folder).rglob("*.py"):
             first = path.read_text(encoding="utf-8").splitlines()[0]
             assert first == "# SPDX-License-Identifier: GPL-3.0-or-later", path

@@ -1,0 +1,23 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Rows that the sidebar and the panel of the last operation share."""
+
+from __future__ import annotations
+
+from typing import Any
+
+
+def draw_target(layout: Any, settings: Any) -> None:
+    """Draw the target and its value."""
+    layout.use_property_split = True
+    layout.use_property_decorate = False
+    layout.prop(settings, "target")
+    layout.prop(settings, settings.target.lower())
+
+
+def draw_output(layout: Any, settings: Any) -> None:
+    """Draw where the result goes."""
+    layout.prop(settings, "source")
+    layout.prop(settings, "output")
+    if settings.output == "NEW":
+        layout.prop(settings, "hide_source")
+    layout.prop(settings, "measure")
