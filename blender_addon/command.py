@@ -114,9 +114,7 @@ def _simplify(options: argparse.Namespace) -> str:
     if not found:
         raise HostError(f"input={options.input}: holds no mesh and no point cloud")
     done = Job(
-        sources.each(
-            found, lambda source: sources.simplification_steps(source, parameters, target, "")
-        )
+        sources.each(found, lambda source: sources.simplification_steps(source, parameters, target))
     ).finish()
     for source, result in done:
         results.replace(source, result)

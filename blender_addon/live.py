@@ -11,7 +11,6 @@ jump from one to the next.)
 from __future__ import annotations
 
 from collections.abc import Generator
-from functools import partial
 from typing import Any
 
 import bpy
@@ -48,6 +47,7 @@ class OBJECT_OT_salient_live(Worker, bpy.types.Operator):
             options={"SKIP_SAVE"},
         ),
         "protect": properties.input_annotations({"SKIP_SAVE"})["protect"],
+        "keep_seams": properties.input_annotations({"SKIP_SAVE"})["keep_seams"],
         **properties.parameter_annotations({"SKIP_SAVE"}),
     }
 
@@ -56,7 +56,15 @@ class OBJECT_OT_salient_live(Worker, bpy.types.Operator):
         found = sources.originals(context)
         for source in found:
             source.require_editable()
-        steps = partial(_ranking_steps, parameters=properties.parameters(self), name=self.protect)
+        parameters = properties.parameters(self)
+
+        def steps(source: Source) -> Generator[Progress, None, Ranking]:
+            analysis = yield from sources.share(
+                0.0, 0.4, sources.analysis_steps(source, parameters)
+            )
+            wishes = sources.wishes(source, self.protect, self.keep_seams)
+            return (yield from sources.share(0.4, 1.0, analysis.ranking_steps(**wishes)))
+
         return (yield from sources.each(found, steps))
 
     def commit(self, context: Any, outcome: list[tuple[Source, Ranking]]) -> None:
@@ -85,14 +93,6 @@ class OBJECT_OT_salient_live(Worker, bpy.types.Operator):
         """Draw the panel of the last operation."""
         self.layout.use_property_split = True
         self.layout.prop(self, "ratio")
-
-
-def _ranking_steps(
-    source: Source, parameters: Any, name: str
-) -> Generator[Progress, None, Ranking]:
-    analysis = yield from sources.share(0.0, 0.4, sources.analysis_steps(source, parameters))
-    mask = sources.protected(source, name)
-    return (yield from sources.share(0.4, 1.0, analysis.ranking_steps(protect=mask)))
 
 
 def set_input(modifier: Any, name: str, value: Any) -> None:

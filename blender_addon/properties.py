@@ -102,6 +102,13 @@ def input_annotations(options: set[str]) -> dict[str, Any]:
             "those of a weight above zero",
             options=options,
         ),
+        "keep_seams": BoolProperty(
+            name="Keep Seams",
+            description="Seams of UV maps, edges marked as seams and borders of materials stay "
+            "as lines; without, more of the shape is kept but faces reach across",
+            default=True,
+            options=options,
+        ),
     }
 
 

@@ -144,7 +144,7 @@ class OBJECT_OT_salient_show_interest(Shower, bpy.types.Operator):
     def steps(self, source: Source) -> Generator[Progress, None, list[Layer]]:
         """Return interest points, red."""
         result = yield from sources.simplification_steps(
-            source, properties.parameters(self), {"alpha": self.alpha}, ""
+            source, properties.parameters(self), {"alpha": self.alpha}
         )
         kept = np.zeros(len(result.source), dtype=bool)
         kept[result.indices] = True

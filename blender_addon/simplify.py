@@ -60,6 +60,7 @@ class OBJECT_OT_salient_simplify(Worker, bpy.types.Operator):
             parameters=parameters,
             target=target,
             protect=self.protect,
+            keep_seams=self.keep_seams,
         )
         return (yield from sources.each(found, steps))
 
@@ -136,7 +137,7 @@ class OBJECT_OT_salient_levels(Worker, bpy.types.Operator):
             done = []
             for k, ratio in enumerate(ratios):
                 steps = sources.simplification_steps(
-                    source, parameters, {"ratio": ratio}, self.protect
+                    source, parameters, {"ratio": ratio}, self.protect, self.keep_seams
                 )
                 begin = 0.0 if k == 0 else 0.9 + 0.1 * k / len(ratios)
                 end = 0.9 + 0.1 * (k + 1) / len(ratios)

@@ -11,7 +11,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from . import analyses, bridge
+from . import analyses, bridge, topology
 from .bridge import HostError
 from .salcore import Analysis, Parameters, Progress, Simplification
 
@@ -126,13 +126,26 @@ def protected(source: Source, name: str) -> NDArray[np.bool_] | None:
     return result
 
 
+def wishes(source: Source, protect: str, keep_seams: bool) -> dict[str, Any]:
+    """Return what must stay, as salcore's arguments."""
+    mesh = bridge.is_mesh(source.data)
+    return {
+        "protect": protected(source, protect),
+        "seams": topology.seams(source.data) if keep_seams and mesh else None,
+    }
+
+
 def simplification_steps(
-    source: Source, parameters: Parameters, target: dict[str, float], protect: str
+    source: Source,
+    parameters: Parameters,
+    target: dict[str, float],
+    protect: str = "",
+    keep_seams: bool = True,
 ) -> Generator[Progress, None, Simplification]:
     """Yield progress and return the simplification of a source."""
     analysis = yield from share(0.0, 0.4, analysis_steps(source, parameters))
-    mask = protected(source, protect)
-    return (yield from share(0.4, 1.0, analysis.simplify_steps(protect=mask, **target)))
+    steps = analysis.simplify_steps(**wishes(source, protect, keep_seams), **target)
+    return (yield from share(0.4, 1.0, steps))
 
 
 def share(

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import attributes, bridge
-from .salcore import Simplification
+from .salcore import Simplification, find_seams
 
 Ints = NDArray[np.int64]
 
@@ -59,6 +59,29 @@ def simplified(mesh: Any, result: Simplification) -> Topology:
         edge_source = result.edge_source(attributes.topology(mesh, ".edge_verts"), edges)
     edge_of = edge_of.ravel()[: len(vertices)]
     return Topology(starts, polygons, vertices, corners, edge_of, edges, edge_source)
+
+
+def seams(mesh: Any) -> Ints:
+    """Return edges (s, 2) that stay as lines.
+
+    Those where charts of a UV map meet, those marked as seams, and borders between materials.
+    """
+    vertices, corners, polygons = bridge.triangles(mesh)
+    values = [
+        np.asarray(attributes.read(mesh.attributes[layer.name]))[corners]
+        for layer in mesh.uv_layers
+    ]
+    material = mesh.attributes.get("material_index")
+    if material is not None:
+        kind = np.asarray(attributes.read(material))[polygons]
+        values.append(np.repeat(kind[:, None, None], 3, axis=1))
+    found = [np.empty((0, 2), dtype=np.int64)]
+    if values:
+        found.append(find_seams(vertices, np.concatenate(values, axis=2)))
+    marked = mesh.attributes.get("uv_seam")
+    if marked is not None:
+        found.append(attributes.topology(mesh, ".edge_verts")[np.asarray(attributes.read(marked))])
+    return np.concatenate(found)
 
 
 def _polygons(mesh: Any, result: Simplification) -> tuple[Ints, Ints, Ints, Ints]:

@@ -38,6 +38,13 @@ def read(mesh: Any) -> Arrays:
     return Arrays(points, None, normals if normals.any() else None)
 
 
+def seams(mesh: Any) -> NDArray[np.int64] | None:
+    """Return the edges (s, 2) where charts of the texture meet; None without wedge coordinates."""
+    if not mesh.has_wedge_tex_coord():
+        return None
+    return salcore.find_seams(mesh.face_matrix(), mesh.wedge_tex_coord_matrix().reshape(-1, 3, 2))
+
+
 def surface(mesh: Any) -> salcore.Surface:
     """Return a mesh as something to measure to, with its matrix applied."""
     faces = read(mesh).faces

@@ -128,6 +128,9 @@ def _add_simplification(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--protect-selected", action="store_true", help="keep all points selected in the file"
     )
+    command.add_argument(
+        "--free-seams", action="store_true", help="let faces reach across seams of the texture"
+    )
 
 
 def _add_report(command: argparse.ArgumentParser) -> None:
@@ -233,7 +236,7 @@ def _simplify(options: argparse.Namespace) -> None:
     target = _chosen(options, salcore.TARGETS)
     with _progress(options.quiet) as progress:
         result = _analysis(mesh_set, options, progress).simplify(
-            protect=_protected(source, options), progress=progress, **target
+            **_wishes(source, options), progress=progress, **target
         )
     if not len(result.indices):
         raise salcore.ParameterError("no point would be kept: give another target")
@@ -265,12 +268,11 @@ def _lods(options: argparse.Namespace) -> None:
     mesh_set = files.load(options.input, _say)
     files.choose_layer(mesh_set, options.layer, _say)
     source = mesh_set.current_mesh()
-    protect = _protected(source, options)
+    wishes = _wishes(source, options)
     with _progress(options.quiet) as progress:
         analysis = _analysis(mesh_set, options, progress)
         levels = [
-            analysis.simplify(ratio=ratio, protect=protect, progress=progress)
-            for ratio in options.ratios
+            analysis.simplify(ratio=ratio, progress=progress, **wishes) for ratio in options.ratios
         ]
     for output, result in zip(outputs, levels, strict=True):
         bridge.add_simplified(mesh_set, source, result, output.stem, with_faces=not options.points)
@@ -280,8 +282,13 @@ def _lods(options: argparse.Namespace) -> None:
             print(f"  {output.name}: {len(result.indices):,} points{faces}")
 
 
-def _protected(mesh: Any, options: argparse.Namespace) -> Any:
-    return mesh.vertex_selection_array() if options.protect_selected else None
+def _wishes(mesh: Any, options: argparse.Namespace) -> dict[str, Any]:
+    """Return what must stay: selected points, and the seams of a textured mesh."""
+    textured = not (options.points or options.free_seams)
+    return {
+        "protect": mesh.vertex_selection_array() if options.protect_selected else None,
+        "seams": bridge.seams(mesh) if textured else None,
+    }
 
 
 def _saliency(options: argparse.Namespace) -> None:

@@ -167,6 +167,7 @@ def _simplify(
     progress: Callback | None = None,
     *,
     protectselected: bool = False,
+    keepseams: bool = False,
     **parameters: Any,
 ) -> salcore.Simplification:
     """Simplify the current layer by the one target among the parameters.
@@ -181,8 +182,10 @@ def _simplify(
     elif isinstance(error, pymeshlab.PureValue):
         targets["max_error"], others["error_unit"] = error.value(), "length"
     analysis = _analyze(mesh_set, progress, **others)
-    protect = mesh_set.current_mesh().vertex_selection_array() if protectselected else None
-    result = analysis.simplify(protect=protect, progress=progress, **targets)
+    mesh = mesh_set.current_mesh()
+    protect = mesh.vertex_selection_array() if protectselected else None
+    seams = bridge.seams(mesh) if keepseams else None
+    result = analysis.simplify(protect=protect, seams=seams, progress=progress, **targets)
     if not len(result.indices):
         raise salcore.ParameterError("no point would be kept: give another target")
     return result
@@ -245,19 +248,20 @@ def generate_simplified_point_cloud_by_saliency(
     return result.report.as_dict()
 
 
-@_filter(**_SIMPLIFICATION, customattributes=())
+@_filter(**_SIMPLIFICATION, customattributes=(), keepseams=True)
 def meshing_decimation_by_saliency(
     mesh_set: Any,
     *,
     customattributes: str | tuple[str, ...] = (),
+    keepseams: bool = True,
     progress: Callback | None = None,
     **parameters: Any,
 ) -> dict[str, Any]:
     """Simplify the mesh of the current layer, and stay a mesh.
 
     Vertices keep what the point cloud's do, faces their colours, quality and wedge texture
-    coordinates. Where a seam of the texture runs, both sides keep theirs, as far as a kept vertex
-    lies on the seam; seams themselves are not protected. A mesh with several textures keeps its
+    coordinates. Seams of the texture stay as lines, unless `keepseams` is False: then more of the
+    shape is kept, but faces reach across seams. A mesh with several textures keeps its
     coordinates, not the textures. pymeshlab cannot exchange a layer's mesh, so the layer gets a new
     number; its label and matrix stay.
 
@@ -273,7 +277,7 @@ def meshing_decimation_by_saliency(
     if parameters.get("alpha") is not None:
         raise salcore.ParameterError("alpha gives points: give ratio, count or max_error")
     custom = _custom_names(mesh_set, customattributes)
-    result = _simplify(mesh_set, progress, **parameters)
+    result = _simplify(mesh_set, progress, keepseams=keepseams, **parameters)
     source = mesh_set.current_mesh()
     number, label = source.id(), source.label()
     bridge.add_simplified(mesh_set, source, result, "simplified", custom=custom)

@@ -12,6 +12,7 @@ from .pipeline import Analysis, analysis_steps, analyze, simplify
 from .progress import Progress, run
 from .ranking import Ranking
 from .result import Report, Simplification
+from .wishes import find_seams
 
 __all__ = [
     "PRESETS",
@@ -35,6 +36,7 @@ __all__ = [
     "analyze",
     "compare",
     "compare_steps",
+    "find_seams",
     "make_surface",
     "run",
     "simplify",

@@ -98,10 +98,10 @@ class Stars:
         yield
         is_target, is_other = np.zeros(count, dtype=bool), np.zeros(count, dtype=bool)
         is_target[staying], is_other[other] = True, True
-        near = is_target[a] & is_other[b]
+        joined = is_target[a] & is_other[b]
         yield
-        near |= is_target[b] & is_other[a]
-        near = np.flatnonzero(near & alive)
+        joined |= is_target[b] & is_other[a]
+        near = np.flatnonzero(joined & alive)
         yield
         present = np.sort(_edge_key(a[near], b[near], count))
         yield

@@ -81,6 +81,7 @@ class Costs:
         points: Floats,
         faces: NDArray[np.integer],
         edges: Edges,
+        seam: Mask,
         weights: Weights,
         workers: int,
     ) -> Rests[Costs]:
@@ -91,7 +92,9 @@ class Costs:
             products[start:stop] = monomials(points[start:stop])
 
         yield from rest_blocks(multiply, len(points), workers=workers)
-        quadric, area = yield from vertex_quadrics(points, faces, edges, weights.border, workers)
+        quadric, area = yield from vertex_quadrics(
+            points, faces, edges, weights.border, workers, seam
+        )
         mean_area = area.mean() if area.any() else 1.0
         if weights.evenness.any():
             spread = weights.evenness * np.maximum(area, mean_area) / 3.0
@@ -123,7 +126,7 @@ class Costs:
         yield from rest_blocks(kernel, len(going), workers=self.workers, size=COST_BLOCK)
         return result
 
-    def merge(self, gone: Indices, into: Ints) -> Rests[tuple[Indices, Floats]]:
+    def merge(self, gone: Indices, into: Ints) -> Rests[tuple[Ints, Floats]]:
         """Add up quadrics on the vertices that stay.
 
         Returns

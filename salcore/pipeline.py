@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .costs import Weights
-from .errors import GeometryError
 from .frames import Frames, build_frames
 from .geometry import Floats, Geometry, Indices, clean_steps
 from .graph import Graph, build_graph
@@ -27,13 +26,14 @@ from .result import Simplification
 from .saliency import Saliency, build_saliency
 from .surface import GUESSED_BORDER, elimination_surface
 from .targets import count_for, count_within, one_target
+from .wishes import Wishes
 
 
 @dataclass(eq=False)
 class _Order:
     """The last order of elimination, and what it was made for."""
 
-    key: tuple[bytes, bytes] = (b"", b"")
+    key: tuple[bytes, ...] = ()
     elimination: Elimination | None = None
 
 
@@ -91,6 +91,7 @@ class Analysis:
         *,
         protect: ArrayLike | None = None,
         importance: ArrayLike | None = None,
+        seams: ArrayLike | None = None,
         progress: Callback | None = None,
         **target: float | None,
     ) -> Simplification:
@@ -111,6 +112,9 @@ class Analysis:
             Points that are never removed.
         importance : (N,) array_like of float, optional
             At least 0; a point's removal costs 1 + importance times as much.
+        seams : (S, 2) array_like of int, optional
+            Edges of a mesh that stay as lines, such as `find_seams` finds in texture coordinates;
+            a threshold α does not look at them.
         progress : callable, optional
             Called with stage and fraction; returning False cancels.
 
@@ -119,47 +123,51 @@ class Analysis:
         ParameterError
             If not exactly one target is given, or it is out of bounds.
         GeometryError
-            If `protect` or `importance` is not one value a point.
+            If `protect` or `importance` is not one value a point, or `seams` are no edges.
         Cancelled
             If `progress` returned False.
 
         Notes
         -----
-        The order of elimination is worked out once and kept, unless `protect` or `importance`
-        change; every further count is a cut through it, in O(n).
+        The order of elimination is worked out once and kept, unless `protect`, `importance` or
+        `seams` change; every further count is a cut through it, in O(n).
         """
-        return run(self.simplify_steps(protect=protect, importance=importance, **target), progress)
+        steps = self.simplify_steps(protect=protect, importance=importance, seams=seams, **target)
+        return run(steps, progress)
 
     def simplify_steps(
         self,
         *,
         protect: ArrayLike | None = None,
         importance: ArrayLike | None = None,
+        seams: ArrayLike | None = None,
         **target: float | None,
     ) -> Generator[Progress, None, Simplification]:
         """Yield progress and return what `simplify` returns; for hosts that work in slices."""
         name, value = one_target(target)
         begun = time.perf_counter()
-        mask = self._of_vertices(protect, "protect").astype(bool)
+        wishes = Wishes.check(self.geometry, protect, importance, seams)
         if name == "alpha":
-            steps = self._by_threshold(value, mask, begun)
+            steps = self._by_threshold(value, wishes.protect, begun)
             return (yield from staged("Interest points", 0.0, 1.0, steps))
-        extra = self._of_vertices(importance, "importance")
-        elimination = yield from self._eliminate(mask, extra)
+        elimination = yield from self._eliminate(wishes)
         available = int(np.count_nonzero(self.geometry.vertex_of >= 0))
         if name == "max_error":
-            count = yield from self._within_error(elimination, value, int(mask.sum()))
+            count = yield from self._within_error(elimination, value, int(wishes.protect.sum()))
         else:
-            count = count_for(name, value, available, int(mask.sum()))
+            count = count_for(name, value, available, int(wishes.protect.sum()))
         return (yield from staged("Cut", 1.0, 1.0, self._cut(elimination, count, begun)))
 
     def ranking_steps(
-        self, *, protect: ArrayLike | None = None, importance: ArrayLike | None = None
+        self,
+        *,
+        protect: ArrayLike | None = None,
+        importance: ArrayLike | None = None,
+        seams: ArrayLike | None = None,
     ) -> Generator[Progress, None, Ranking]:
         """Yield progress and return the order in which input points go, for any number kept."""
-        mask = self._of_vertices(protect, "protect").astype(bool)
-        extra = self._of_vertices(importance, "importance")
-        elimination = yield from self._eliminate(mask, extra)
+        wishes = Wishes.check(self.geometry, protect, importance, seams)
+        elimination = yield from self._eliminate(wishes)
         yield Progress("Ranking", 1.0)
         return input_ranking(self.geometry, elimination)
 
@@ -179,28 +187,29 @@ class Analysis:
         kept = np.flatnonzero(interest.kept)
         return self._result(kept, source, begun, interest=interest)
 
-    def _eliminate(
-        self, protect: NDArray[np.bool_], importance: Floats
-    ) -> Generator[Progress, None, Elimination]:
+    def _eliminate(self, wishes: Wishes) -> Generator[Progress, None, Elimination]:
         """Return the order of elimination, the last one if it was made for the same wishes."""
-        key = (protect.tobytes(), importance.tobytes())
-        if self._order.elimination is None or self._order.key != key:
+        if self._order.elimination is None or self._order.key != wishes.key:
             parameters = self.parameters
             steps = elimination_surface(self.geometry, self.graph, parameters)
             faces, links = yield from staged("Surface", 0.0, 0.1, steps)
             loose = np.ones(len(self.geometry.points), dtype=bool)
             loose[self.geometry.faces] = False
-            factor = (1.0 + parameters.detail * self.saliency_map.scaled) * (1.0 + importance)
+            factor = (1.0 + parameters.detail * self.saliency_map.scaled) * (
+                1.0 + wishes.importance
+            )
             weights = Weights(
                 factor * (1.0 + parameters.interest_weight * self.extremities),
                 parameters.evenness * loose,
                 loose,
-                protect,
+                wishes.protect,
                 parameters.border_weight * (1.0 if len(self.geometry.faces) else GUESSED_BORDER),
             )
-            order = eliminate(self.geometry.points, faces, links, weights, parameters.workers)
+            order = eliminate(
+                self.geometry.points, faces, links, weights, parameters.workers, wishes.seams
+            )
             elimination = yield from staged("Elimination", 0.1, 0.9, order)
-            self._order.key, self._order.elimination = key, elimination
+            self._order.key, self._order.elimination = wishes.key, elimination
         return self._order.elimination
 
     def _within_error(
@@ -261,24 +270,6 @@ class Analysis:
             seconds=time.perf_counter() - begun,
             **others,
         )
-
-    def _of_vertices(self, values: ArrayLike | None, name: str) -> Floats:
-        """Return the largest of one value a point over each vertex; zero for None."""
-        geometry = self.geometry
-        result = np.zeros(len(geometry.points))
-        if values is None:
-            return result
-        array = np.asarray(values, dtype=np.float64)
-        if array.shape != (geometry.input_count,):
-            raise GeometryError(
-                f"{name} of shape {array.shape}: give one value for each of the "
-                f"{geometry.input_count} points"
-            )
-        if not np.isfinite(array).all() or (array < 0).any():
-            raise GeometryError(f"{name}: give finite values of at least 0")
-        valid = geometry.vertex_of >= 0
-        np.maximum.at(result, geometry.vertex_of[valid], array[valid])
-        return result
 
     def _of_input(self, values: NDArray[Any], missing: float) -> NDArray[Any]:
         """Spread values of vertices over the input points."""
@@ -382,6 +373,7 @@ def simplify(
     *,
     protect: ArrayLike | None = None,
     importance: ArrayLike | None = None,
+    seams: ArrayLike | None = None,
     progress: Callback | None = None,
     **target: float | None,
 ) -> Simplification:
@@ -396,4 +388,6 @@ def simplify(
     """
     one_target(target)  # before the long part
     analysis = analyze(points, faces, normals, parameters, progress=progress)
-    return analysis.simplify(protect=protect, importance=importance, progress=progress, **target)
+    return analysis.simplify(
+        protect=protect, importance=importance, seams=seams, progress=progress, **target
+    )

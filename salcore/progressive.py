@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from .collapse import Stars, allowed, clashing
 from .costs import Costs, Weights
 from .geometry import Floats, Indices
-from .pairs import Pairs
+from .pairs import OFF_SEAM, Pairs
 from .progress import Rests, Steps
 from .triangles import find_edges
 
@@ -74,6 +74,7 @@ def eliminate(
     links: tuple[Ints, Ints],
     weights: Weights,
     workers: int = 0,
+    seams: NDArray[np.integer] | None = None,
 ) -> Steps[Elimination]:
     """Yield the share of vertices gone, and return the order of elimination.
 
@@ -87,6 +88,9 @@ def eliminate(
     weights : Weights
     workers : int
         Threads; 0 takes one per processor.
+    seams : (s, 2) int, optional
+        Edges that stay as lines, such as those where charts of a texture meet: their vertices go
+        along them only, and where they meet or end, last.
 
     Notes
     -----
@@ -96,7 +100,8 @@ def eliminate(
     et al. holds for every collapse. Where only forbidden collapses are left, they are done all the
     same, so that every component ends in one vertex.
     """
-    state = yield from _State.start(points, faces, links, weights, workers)
+    lines = np.empty((0, 2), dtype=np.int32) if seams is None else seams
+    state = yield from _State.start(points, faces, links, lines, weights, workers)
     count = len(points)
     removed: list[Indices] = []
     costs: list[Floats] = []
@@ -111,6 +116,7 @@ def eliminate(
             # All pairs have failed, and hardly one has gone: only forbidden ones are left.
             if since_retry <= STALL * state.living:
                 relaxed = True
+                state.pairs.drop_seams()
                 state.patience[:] = np.minimum(state.patience, PENALTY)
             since_retry = 0
             state.widening = 1
@@ -187,17 +193,20 @@ class _State:
         points: Floats,
         faces: NDArray[np.integer],
         links: tuple[Ints, Ints],
+        seams: NDArray[np.integer],
         weights: Weights,
         workers: int,
     ) -> Rests[_State]:
         """Return the whole surface, with rests."""
         count = len(points)
         edges = yield from find_edges(faces, count, workers)
-        costs = yield from Costs.start(points, faces, edges, weights, workers)
+        seam = edges.among(seams, count)
+        costs = yield from Costs.start(points, faces, edges, seam, weights, workers)
         a = np.concatenate([edges.low, links[0]])
         b = np.concatenate([edges.high, links[1]])
         yield
-        pairs = yield from Pairs.start(a, b, costs)
+        seam = np.concatenate([seam, np.zeros(len(links[0]), dtype=bool)])
+        pairs = yield from Pairs.start(a, b, seam, costs)
         corners = [np.ascontiguousarray(corner, dtype=np.int32) for corner in faces.T]
         yield
         return cls(
@@ -239,10 +248,14 @@ class _State:
             chosen, target[chosen], self.faces, pairs.a, pairs.b, len(self.names)
         )
         good = yield from allowed(stars, costs.points, self.degree, costs.workers)
+        broken = good & pairs.break_seams(stars)
+        good &= ~broken
         if relaxed and self.widening > 1:
             good[:] = True
         else:
-            good |= pairs.put_aside(stars, ~good, self.patience)
+            good |= pairs.put_aside(stars, ~good & ~broken, self.patience)
+            if broken.any():
+                good |= pairs.put_aside(stars, broken, np.full(len(self.names), OFF_SEAM))
         yield
         good &= ~(yield from clashing(stars, good))
         self.widening = 1 if good.any() else 2 * self.widening
@@ -283,6 +296,7 @@ class _State:
         number[alive] = np.arange(len(alive))
         yield from self.pairs.drop_dead()
         self.pairs.a, self.pairs.b = number[self.pairs.a], number[self.pairs.b]
+        self.pairs.seams = self.pairs.seams[alive]
         yield
         for k in range(3):
             self.faces[k] = number[self.faces[k]]

@@ -40,6 +40,12 @@ class Edges:
     sides: Indices
     forward: NDArray[np.bool_]
 
+    def among(self, pairs: NDArray[np.integer], count: int) -> NDArray[np.bool_]:
+        """Return which edges are among pairs (s, 2) of vertices, of `count`."""
+        keys = pairs.min(axis=1).astype(np.int64) * count + pairs.max(axis=1)
+        found: NDArray[np.bool_] = np.isin(self.low.astype(np.int64) * count + self.high, keys)
+        return found if len(keys) else np.zeros(len(self.low), dtype=bool)
+
 
 def find_edges(faces: NDArray[np.integer], count: int, workers: int = 0) -> Rests[Edges]:
     """Return the edges of faces over `count` vertices, in O(m log m), with rests."""

@@ -101,8 +101,8 @@ CORE = Path(salcore.__file__).parent
 ORDER = [
     "errors", "parameters", "blocks", "progress", "sorting", "geometry", "rows", "planes", "graph",
     "frames", "patches", "saliency", "regions", "coverage", "interest", "metrics", "triangles",
-    "quadrics", "costs", "collapse", "pairs", "progressive", "surface", "levels", "targets",
-    "ranking", "provenance", "result", "pipeline", "__init__",
+    "quadrics", "costs", "collapse", "pairs", "progressive", "surface", "levels", "wishes",
+    "targets", "ranking", "provenance", "result", "pipeline", "__init__",
 ]  # fmt: skip
 
 
