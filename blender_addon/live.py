@@ -54,8 +54,6 @@ class OBJECT_OT_salient_live(Worker, bpy.types.Operator):
     def work(self, context: Any) -> Generator[Progress, None, Any]:
         """Rank the points of every selected geometry."""
         found = sources.originals(context)
-        for source in found:
-            source.require_editable()
         parameters = properties.parameters(self)
 
         def steps(source: Source) -> Generator[Progress, None, Ranking]:
@@ -65,7 +63,7 @@ class OBJECT_OT_salient_live(Worker, bpy.types.Operator):
             wishes = sources.wishes(source, self.protect, self.keep_seams)
             return (yield from sources.share(0.4, 1.0, analysis.ranking_steps(**wishes)))
 
-        return (yield from sources.each(found, steps))
+        return (yield from sources.each(found, steps, Source.require_editable))
 
     def commit(self, context: Any, outcome: list[tuple[Source, Ranking]]) -> None:
         """Store the ranks and add the modifiers."""

@@ -13,13 +13,18 @@ from .salcore import Simplification
 from .sources import Source
 
 
+def require_replaceable(source: Source) -> None:
+    """Raise `HostError` if a result cannot take the place of its source."""
+    source.require_editable()
+    if bridge.is_mesh(source.data) != (source.object.type == "MESH"):
+        raise HostError(
+            f"{source.object.name}: its modifiers change its type; let the result be a new object"
+        )
+
+
 def replace(source: Source, result: Simplification) -> list[Any]:
     """Put a result in the place of its source's geometry, and return the objects that show it."""
     old, obj = source.object.data, source.object
-    if source.fresh and bridge.is_mesh(source.data) != bridge.is_mesh(old):
-        raise HostError(
-            f"{obj.name}: its modifiers change its type; let the result be a new object"
-        )
     data = rebuild.shrink(source.data, result, obj.matrix_world, weighted=source.weighted)
     if source.fresh:
         name = old.name

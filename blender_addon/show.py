@@ -42,9 +42,7 @@ class Shower(Worker):
     def work(self, context: Any) -> Generator[Progress, None, Any]:
         """Work out what to show for every selected geometry."""
         found = sources.originals(context)
-        for source in found:
-            source.require_editable()
-        return (yield from sources.each(found, self.steps))
+        return (yield from sources.each(found, self.steps, Source.require_editable))
 
     def commit(self, context: Any, outcome: list[tuple[Source, list[Layer]]]) -> None:
         """Store the attributes and have the view show them."""

@@ -11,7 +11,7 @@ from typing import Any
 import bpy
 from bpy.props import StringProperty
 
-from . import bridge, properties, results, sources
+from . import properties, results, sources
 from .bridge import HostError
 from .drawing import draw_output, draw_target
 from .operators import Worker
@@ -47,14 +47,6 @@ class OBJECT_OT_salient_simplify(Worker, bpy.types.Operator):
         self._begun = time.perf_counter()
         parameters, target = properties.parameters(self), properties.target(self)
         found = find_sources(self, context)
-        if self.output == "IN_PLACE":
-            for source in found:
-                source.require_editable()
-                if bridge.is_mesh(source.data) != (source.object.type == "MESH"):
-                    raise HostError(
-                        f"{source.object.name}: its modifiers change its type; let the result be "
-                        "a new object"
-                    )
         steps = partial(
             sources.simplification_steps,
             parameters=parameters,
@@ -62,7 +54,8 @@ class OBJECT_OT_salient_simplify(Worker, bpy.types.Operator):
             protect=self.protect,
             keep_seams=self.keep_seams,
         )
-        return (yield from sources.each(found, steps))
+        check = results.require_replaceable if self.output == "IN_PLACE" else None
+        return (yield from sources.each(found, steps, check))
 
     def commit(self, context: Any, outcome: list[tuple[Source, Simplification]]) -> None:
         """Put the results into the scene."""

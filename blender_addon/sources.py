@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -161,14 +161,17 @@ def share(
 
 
 def each(
-    sources: list[Source], steps_of: Any
+    sources: list[Source], steps_of: Any, check: Callable[[Source], None] | None = None
 ) -> Generator[Progress, None, list[tuple[Source, Any]]]:
     """Do the same work for every source, and return them with what came of it.
 
-    Copies made for the work are removed if it ends before its time.
+    All are checked first. Copies made for the work are removed if it ends before its time.
     """
     results = []
     try:
+        if check is not None:
+            for source in sources:
+                check(source)
         for k, source in enumerate(sources):
             steps = share(k / len(sources), (k + 1) / len(sources), steps_of(source))
             result = yield from steps

@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Simplify and levels of detail on every kind of object, and what they leave alone."""
 
+import itertools
 import math
 
 import bpy
 import numpy as np
+import pymeshlab
 import pytest
 import scenes
 from models import model_path
@@ -310,3 +312,76 @@ def test_undo_gives_everything_back(extension):
         with bpy.context.temp_override(window=window):
             bpy.ops.ed.undo()
         assert scenes.fingerprint(extension) == before
+
+
+def test_a_cloud_in_place_keeps_its_name_materials_and_properties():
+    obj = scenes.cloud(scenes.relief())
+    obj.data.name, obj.data["mine"] = "scan", 3
+    obj.data.materials.append(bpy.data.materials.new("dust"))
+    twin = obj.copy()
+    bpy.context.scene.collection.objects.link(twin)
+    bpy.ops.object.salient_simplify(ratio=0.25, output="IN_PLACE")
+    assert count(obj) == 150
+    assert twin.data == obj.data
+    assert obj.data.name == "scan"
+    assert obj.data["mine"] == 3
+    assert [material.name for material in obj.data.materials] == ["dust"]
+    assert len(bpy.data.pointclouds) == 1
+
+
+def test_modifiers_that_change_the_type():
+    obj = scenes.torus()
+    group = bpy.data.node_groups.new("points", "GeometryNodeTree")
+    for way in ("INPUT", "OUTPUT"):
+        group.interface.new_socket("Geometry", in_out=way, socket_type="NodeSocketGeometry")
+    nodes = [
+        group.nodes.new(k)
+        for k in ("NodeGroupInput", "GeometryNodeMeshToPoints", "NodeGroupOutput")
+    ]
+    for start, end in itertools.pairwise(nodes):
+        group.links.new(start.outputs[0], end.inputs[0])
+    obj.modifiers.new("points", "NODES").node_group = group
+    before = len(bpy.data.meshes), len(bpy.data.pointclouds)
+    with pytest.raises(RuntimeError, match="change its type; let the result be a new object"):
+        bpy.ops.object.salient_simplify(ratio=0.5, source="EVALUATED", output="IN_PLACE")
+    assert (len(bpy.data.meshes), len(bpy.data.pointclouds)) == before
+    obj["mine"] = "kept"
+    (result,) = simplify(ratio=0.5, source="EVALUATED")
+    assert result.type == "POINTCLOUD"
+    assert count(result) == 400
+    assert result["mine"] == "kept"
+
+
+@pytest.mark.parametrize("make", [scenes.points_mesh, scenes.cloud])
+def test_broken_coordinates_and_duplicates(make):
+    points = scenes.relief()
+    points[5], points[6, 1] = np.nan, np.inf
+    points[10:20] = points[30]
+    obj = make(points)
+    (result,) = simplify(target="COUNT", count=100)
+    assert count(result) == 100
+    assert np.isfinite(scenes.positions(result)).all()
+    with pytest.raises(RuntimeError, match="2 of 600 are NaN or infinite"):
+        bpy.ops.object.salient_simplify(ratio=0.5, invalid="refuse")
+    bpy.ops.object.salient_live(ratio=0.1)
+    bpy.ops.object.salient_show_saliency()
+    assert count(obj) == 600
+
+
+@pytest.mark.parametrize(
+    "name", ["abominevole.off", "degtri_sliding.off", "non_manif_hole.ply", "sliver_tet.ply"]
+)
+def test_nasty_meshes(name):
+    meshes = pymeshlab.MeshSet(verbose=False)
+    meshes.load_new_mesh(str(model_path(f"nasty/{name}")))
+    source = meshes.current_mesh()
+    mesh = bpy.data.meshes.new("nasty")
+    mesh.from_pydata(source.vertex_matrix().tolist(), [], source.face_matrix().tolist())
+    mesh.validate()
+    obj = scenes.link(mesh)
+    for ratio in (0.9, 0.5, 0.1):
+        (result,) = simplify(ratio=ratio)
+        assert count(result) == max(round(ratio * count(obj)), 1)
+        assert not result.data.validate(verbose=True)
+    bpy.ops.object.salient_live(ratio=0.3)
+    bpy.ops.object.salient_show_regions()
