@@ -18,7 +18,7 @@ from scipy.ndimage import gaussian_filter
 
 import salcore
 from meshlab_filter.demo import panels
-from meshlab_filter.picture import save_picture
+from meshlab_filter.picture import Panel, save_picture
 
 FOLDER = Path(__file__).parent / "pictures"
 
@@ -48,6 +48,18 @@ def main() -> None:
     original, saliency, regions, kept = panels("tablet", points, faces, analysis, result)
     FOLDER.mkdir(exist_ok=True)
     save_picture(FOLDER / "relief.png", [[original, saliency], [regions, kept]])
+    save_picture(FOLDER / "levels.png", [[level(analysis, points, r) for r in (0.1, 0.02, 0.005)]])
+
+
+def level(analysis: salcore.Analysis, points: np.ndarray, ratio: float) -> Panel:
+    """Return a level of detail as a mesh, each face in the light of its own normal."""
+    result = analysis.simplify(ratio=ratio)
+    assert result.faces is not None
+    corners = points[result.indices][result.faces]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    loose = np.arange(3 * len(corners)).reshape(-1, 3)
+    title = f"{ratio:.1%}: {len(result.indices):,} points, {len(corners):,} faces"
+    return Panel(title, corners.reshape(-1, 3), loose, np.repeat(normals, 3, axis=0))
 
 
 if __name__ == "__main__":
