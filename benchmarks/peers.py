@@ -1,0 +1,208 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""All methods at equal count: time, memory, and quality by neutral tools, in one run.
+
+    python benchmarks/peers.py [--models FOLDER] [--only NAME ...] [--ratios 0.1 0.02]
+        [--methods NAME ...] [--blender PYTHON] [--figures FOLDER] [--draw]
+
+Writes peers.json, peers.md and plots. Every method runs in a fresh process. With --only or
+--methods the other rows of peers.json stay; --draw writes tables and plots from it alone.
+
+Left out by rule, and said: a method on a model of more points than its `most`
+(benchmarks/rivals.py), and in the series over sizes one that took more than 60 seconds at the size
+before.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import platform
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import methods_mesh  # noqa: F401  (enter themselves into the table of methods)
+import methods_points  # noqa: F401
+import numpy as np
+from rivals import RIVALS, Outcome
+from shapes import Shape, part, read
+
+MODELS = (
+    "bun_zipper.ply",
+    "Laurana50k.ply",
+    "fandisk.obj",
+    "rockerArm.ply",
+    "lion_takanawa_341989.ply",
+    "autzen_crop_100k.ply",
+    "dragon_vrip.ply",
+)
+CURVE = ("bun_zipper.ply", (0.5, 0.2, 0.05, 0.01))  # further ratios, for the plot alone
+SIZES = (
+    ("autzen_crop_100k.ply", (10_000, 30_000, 100_000)),
+    ("autzen_crop_1M.ply", (300_000, 1_000_000)),
+)
+SERIES = (
+    "voxel grid",
+    "farthest point",
+    "Poisson disk",
+    "hierarchy",
+    "k-means with normals",
+    "grid with normals",
+    "ours, cloud",
+)
+PATIENCE = 60.0  # seconds, in the series over sizes
+
+Row = dict[str, Any]
+
+
+def run(name: str, shape: Path, count: int, blender: str) -> tuple[Row, Outcome | None]:
+    """Run a method in a process of its own; return its figures and what it made."""
+    python = blender if RIVALS[name].package == "bpy" else sys.executable
+    with tempfile.TemporaryDirectory() as folder:
+        out = Path(folder) / "out.npz"
+        command = [python, str(Path(__file__).with_name("rivals.py")), name]
+        command += [str(shape), str(count), str(out)]
+        done = subprocess.run(command, capture_output=True, text=True)
+        if done.returncode:
+            return {"missing": done.stderr.strip().splitlines()[-1]}, None
+        row = json.loads(done.stdout.strip().splitlines()[-1])
+        if not out.exists():
+            return row, None
+        with np.load(out) as arrays:
+            return row, Outcome(**arrays)
+
+
+def kept(outcome: Outcome) -> int:
+    """Return how many points a method kept or made."""
+    return len(outcome.indices if outcome.points is None else outcome.points)
+
+
+def compare(path: Path, ratios: list[float], options: argparse.Namespace) -> list[Row]:
+    """Run every method on one model at every ratio."""
+    from quality import Judge
+
+    shape = read(path)
+    judge, rows = Judge(shape), []
+    with tempfile.TemporaryDirectory() as folder:
+        stored = Path(folder) / "shape.npz"
+        shape.save(stored)
+        for ratio in ratios:
+            count = round(ratio * len(shape.points))
+            for name in options.methods:
+                row = {"model": path.stem, "ratio": ratio, "asked": count, "method": name}
+                rows.append(row)
+                row |= left_out(name, shape)
+                if "left out" not in row:
+                    figures, outcome = run(name, stored, count, options.blender)
+                    row |= figures
+                    if outcome is not None:
+                        row |= {"points": kept(outcome)} | judge.figures(outcome)
+                print(brief(row), flush=True)
+    for row in rows:
+        row["of"] = len(shape.points)
+    return [row for row in rows if row.get("left out") != ""]
+
+
+def left_out(name: str, shape: Shape) -> Row:
+    """Return why a method is not run on a shape; an empty reason where it does not apply at all."""
+    if RIVALS[name].needs_faces and shape.faces is None:
+        return {"left out": ""}
+    if len(shape.points) > RIVALS[name].most:
+        return {"left out": f"more than {RIVALS[name].most} points"}
+    return {}
+
+
+def series(options: argparse.Namespace) -> list[Row]:
+    """Time point methods on a scene of ever more points, at a tenth of them."""
+    rows, slow = [], {}
+    for model, sizes in SIZES:
+        path = options.models / model
+        if not path.exists():
+            print(f"missing: {path}")
+            continue
+        whole = read(path)
+        with tempfile.TemporaryDirectory() as folder:
+            stored = Path(folder) / "shape.npz"
+            for size in sizes:
+                shape = part(whole, min(size, len(whole.points)))
+                shape.save(stored)
+                for name in [name for name in SERIES if name in options.methods]:
+                    row = {"model": "series", "of": len(shape.points), "method": name}
+                    rows.append(row)
+                    if slow.get(name, 0) > PATIENCE:
+                        row["left out"] = f"took {slow[name]:.0f} s at the size before"
+                    else:
+                        row |= run(name, stored, len(shape.points) // 10, options.blender)[0]
+                        slow[name] = max(slow.get(name, 0), row.get("seconds", 0))
+                    print(brief(row), flush=True)
+    return rows
+
+
+def brief(row: Row) -> str:
+    """Return a row as a line on the screen."""
+    head = f"{row['model']:22} {row.get('ratio', row.get('of')):>8} {row['method']:34}"
+    for reason in ("left out", "missing", "unreachable"):
+        if reason in row:
+            return f"{head} {reason}: {row[reason]}" if row[reason] else f"{head} needs faces"
+    surface = row.get("mesh") or row.get("rebuilt") or {"rms": float("nan")}
+    return f"{head} {row.get('points', 0):7} {row['seconds']:8.3f} s  rms {surface['rms']:.4f} %"
+
+
+def same(row: Row) -> tuple:
+    """Return what tells rows apart."""
+    return row["model"], row.get("ratio"), row["of"], row["method"]
+
+
+def gather(options: argparse.Namespace) -> None:
+    """Run what is asked for and write it into peers.json, model by model."""
+    path = options.figures / "peers.json"
+    partial = options.only != [*MODELS, "series"] or len(options.methods) < len(RIVALS)
+    rows = json.loads(path.read_text())["rows"] if partial and path.exists() else []
+    machine = f"{os.cpu_count()} processors ({platform.machine()})"
+    for name in options.only:
+        if name != "series" and not (options.models / name).exists():
+            print(f"missing: {options.models / name}")
+            continue
+        if name == "series":
+            new = series(options)
+        else:
+            further = CURVE[1] if name == CURVE[0] else ()
+            new = compare(options.models / name, [*options.ratios, *further], options)
+        merged = {same(row): row for row in rows} | {same(row): row for row in new}
+        rows = list(merged.values())
+        path.write_text(json.dumps({"machine": machine, "rows": rounded(rows)}, indent=0))
+
+
+def rounded(value: Any) -> Any:
+    """Return figures with five digits, which keeps the file small."""
+    if isinstance(value, dict):
+        return {key: rounded(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [rounded(item) for item in value]
+    return float(f"{value:.5g}") if isinstance(value, float) else value
+
+
+def main() -> None:
+    """Run, then write tables and plots."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--models", type=Path, default=Path("../shared/models"))
+    parser.add_argument("--only", nargs="+", default=[*MODELS, "series"], metavar="NAME")
+    parser.add_argument("--ratios", nargs="+", type=float, default=[0.1, 0.02])
+    parser.add_argument("--methods", nargs="+", default=list(RIVALS), choices=list(RIVALS))
+    parser.add_argument("--blender", default=sys.executable, help="a Python that has bpy")
+    parser.add_argument("--figures", type=Path, default=Path("docs/figures"))
+    parser.add_argument("--draw", action="store_true", help="only tables and plots, no runs")
+    options = parser.parse_args()
+    options.figures.mkdir(parents=True, exist_ok=True)
+    if not options.draw:
+        gather(options)
+    import pages
+
+    pages.write(options.figures)
+
+
+if __name__ == "__main__":
+    main()
