@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import resource
 import subprocess
 import sys
 import time
@@ -22,6 +21,7 @@ from typing import Any
 
 import numpy as np
 import pymeshlab
+from memory import peak, reset_peak
 from scipy.spatial import cKDTree
 
 import salcore
@@ -55,23 +55,6 @@ def best(function: Callable[[], Any], repeat: int) -> tuple[float, Any]:
 def floor(points: np.ndarray) -> None:
     """Do the work that times are compared with."""
     cKDTree(points).query(points, k=17, workers=-1)
-
-
-def reset_peak() -> None:
-    """Set the peak of the resident set back to its present size, where the system can (Linux)."""
-    try:
-        Path("/proc/self/clear_refs").write_text("5")
-    except OSError:
-        print("the peak cannot be reset here: memory includes loading", file=sys.stderr)
-
-
-def peak() -> float:
-    """Return the peak resident set since the last reset, in bytes."""
-    try:
-        status = Path("/proc/self/status").read_text()
-        return 1024.0 * int(status.split("VmHWM:")[1].split()[0])
-    except OSError:
-        return 1024.0 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 
 
 def measure(path: Path, kind: str, repeat: int) -> dict[str, Any]:

@@ -14,7 +14,8 @@ from pathlib import Path
 
 import numpy as np
 import pymeshlab
-from analysis import floor, load, peak, reset_peak
+from analysis import floor, load
+from memory import peak, reset_peak
 
 import salcore
 

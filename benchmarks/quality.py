@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import tempfile
 from functools import cached_property
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -37,6 +38,9 @@ class Judge:
         self.unit = shape.diagonal / 100
         self.samples = shape.points if shape.faces is None else scattered(shape)
         self.feature = shape.points[shape.features]
+        self.can_rebuild = shape.faces is not None or find_spec("CGAL") is not None
+        if not self.can_rebuild:
+            print("missing: cgal, which rebuilds surfaces from clouds")
 
     def figures(self, outcome: Outcome) -> dict[str, dict[str, float]]:
         """Return all figures of one outcome."""
@@ -46,7 +50,7 @@ class Judge:
         result = {}
         if outcome.faces is not None:
             result["mesh"] = self.surface(points, outcome.faces)
-        if outcome.indices is not None:
+        if outcome.indices is not None and self.can_rebuild:
             result["rebuilt"] = self.surface(*self.rebuilt(outcome.indices))
         near = cKDTree(points).query(self.shape.points, workers=-1)[0] / self.unit
         result["cover"] = {"max": float(near.max()), "avg": float(near.mean())}
