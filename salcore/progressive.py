@@ -41,6 +41,9 @@ STALL = 0.01
 """Share of the living vertices that must go before all pairs have failed again."""
 PENALTY = 16.0
 """Factor on the cost of a forbidden collapse, once only forbidden ones are left."""
+MOST_SEAMS = 0.5
+"""Share of the edges above which there are no seams: in a texture of single triangles every edge is
+one, and no line is left to keep."""
 COMPACT = 0.6
 """Share of the vertices still living below which the rest is renumbered."""
 
@@ -201,6 +204,8 @@ class _State:
         count = len(points)
         edges = yield from find_edges(faces, count, workers)
         seam = edges.among(seams, count)
+        if np.count_nonzero(seam) > MOST_SEAMS * len(seam):
+            seam[:] = False
         costs = yield from Costs.start(points, faces, edges, seam, weights, workers)
         a = np.concatenate([edges.low, links[0]])
         b = np.concatenate([edges.high, links[1]])
