@@ -95,11 +95,9 @@ def orders(judges: list[Judge]) -> str:
 def built_up(analysis: salcore.Analysis) -> dict[str, np.ndarray]:
     """Return the paper's selection part by part, as vertices of the cleaned geometry."""
     interest = analysis.simplify(alpha=ALPHA).interest
-    inside = interest.salient & ~interest.extremities
     edges = interest.salient | interest.extremities
     return {
         "salient points, (4.7)": interest.salient,
-        "salient points off the boundaries": inside,
         "boundary extremities, (4.4)": interest.extremities,
         "both": edges,
         "both, and the gap rule": edges | interest.fillers,
@@ -118,13 +116,14 @@ def thresholds(judges: list[Judge]) -> str:
     for judge in judges:
         shape = judge.shape
         analysis = salcore.analyze(shape.points, shape.faces)
+        bare = salcore.analyze(shape.points)  # faces of its own would speak for an order by mesh
         one = replace(DEFAULT, tolerance=1.0)
         whole = salcore.analyze(shape.points, shape.faces, parameters=one)
         sets = {name: analysis.geometry.input_of[part] for name, part in built_up(analysis).items()}
         sets["all, with one region"] = whole.simplify(alpha=ALPHA).indices
         for name, kept in sets.items():
             other = chance(shape, len(kept))
-            order = analysis.simplify(count=len(kept)).indices
+            order = bare.simplify(count=len(kept)).indices
             errors, random, best = (
                 pair(judge.figures(Outcome(indices=k))["rebuilt"]) for k in (kept, other, order)
             )
@@ -164,8 +163,8 @@ the points where the surface bends most.
 ## In the paper's threshold (α = {ALPHA:g})
 
 The selection built up part by part; its rebuilt surface's error as a share of that of as many
-random points (*of chance*), and of as many points of the order of elimination (*of the order*). The
-mean over the models, and the worst.
+random points (*of chance*), and of as many points of the order of elimination of the bare points (*of
+the order*). The mean over the models, and the worst.
 
 {thresholds(judges)}
 """

@@ -117,10 +117,13 @@ def hierarchy(shape: Shape, count: int) -> Ready:
 
     largest = 3 * len(shape.points) // count
 
+    original = Point_set_3()
+    for point in shape.points.tolist():
+        original.insert(Point_3(*point))
+
     def cloud() -> Point_set_3:
         result = Point_set_3()
-        for point in shape.points.tolist():
-            result.insert(Point_3(*point))
+        result.join(original)
         return result
 
     def simplified(variation: float) -> Point_set_3:

@@ -150,6 +150,56 @@ def duels(blocks: dict[tuple[str, float], list[Row]]) -> str:
     return "\n".join(lines)
 
 
+def ratio_to(rows: list[Row], ours: str, peer: str, group: str, key: str) -> float:
+    """Return our figure as a share of one peer's; nan where either is missing or not fair."""
+    found = {row["method"]: row for row in rows if fair(row)}
+    if ours not in found or peer not in found:
+        return math.nan
+    pair = [found[name] if not group else found[name].get(group, {}) for name in (ours, peer)]
+    mine, theirs = (side.get(key, math.nan) for side in pair)
+    return mine / theirs if theirs else math.nan
+
+
+def each_peer(blocks: dict[tuple[str, float], list[Row]]) -> str:
+    """Return the table of our figures as shares of each peer's, over all models and ratios."""
+    lines = [
+        "## Ours as a share of each peer's",
+        "",
+        "Geometric means over the models and ratios where both met the count, and the worst single "
+        "figure. Surfaces: of meshes the mesh, of points the rebuilt surface.",
+        "",
+        "| ours | peer | rms | worst | at features | worst | Δavg | CPU time | memory |",
+        "|---|---|" + "---:|" * 7,
+    ]
+    sides = (
+        ("ours, mesh", SUBSET_MESHES, "mesh"),
+        ("ours, mesh, optimal placement", MOVED_MESHES, "mesh"),
+        ("ours, cloud", POINTS, "rebuilt"),
+    )
+    for ours, peers, surface in sides:
+        for peer in peers:
+            cells = []
+            for group, key, worst in (
+                (surface, "rms", True),
+                (surface, "feature", True),
+                ("cover", "avg", False),
+                ("", "cpu", False),
+                ("", "memory", False),
+            ):
+                found = [ratio_to(rows, ours, peer, group, key) for rows in blocks.values()]
+                cells += summary([x for x in found if 0 < x < math.inf], worst)
+            lines.append(f"| {ours} | {peer} | " + " | ".join(cells) + " |")
+    return "\n".join(lines)
+
+
+def summary(shares: list[float], worst: bool) -> list[str]:
+    """Return the geometric mean of shares, and the largest if asked for."""
+    if not shares:
+        return [""] * (1 + worst)
+    mean = math.exp(sum(map(math.log, shares)) / len(shares))
+    return [f"{mean:.3g}", f"{max(shares):.2f}"][: 1 + worst]
+
+
 def series_table(rows: list[Row]) -> str:
     """Return times and memory over sizes as a table."""
     sizes = sorted({row["of"] for row in rows})
@@ -188,7 +238,7 @@ def write(figures: Path) -> None:
     parts = [HEAD, f"Machine: {data['machine']}. Versions: {with_versions}."]
     if absent:
         parts.append("Missing: " + "; ".join(absent) + ".")
-    parts.append(duels(blocks))
+    parts += [duels(blocks), each_peer(blocks)]
     parts += [table(block) for block in blocks.values()]
     over_size = [row for row in rows if row["model"] == "series"]
     if over_size:
