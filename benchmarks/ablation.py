@@ -163,8 +163,8 @@ the points where the surface bends most.
 ## In the paper's threshold (α = {ALPHA:g})
 
 The selection built up part by part; its rebuilt surface's error as a share of that of as many
-random points (*of chance*), and of as many points of the order of elimination of the bare points (*of
-the order*). The mean over the models, and the worst.
+random points (*of chance*), and of as many points of the order of elimination of the bare points
+(*of the order*). The mean over the models, and the worst.
 
 {thresholds(judges)}
 """
