@@ -1,7 +1,25 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""``python -m meshlab_filter`` is the command ``salient-simplify``."""
+"""``salient-simplify``, or ``python -m meshlab_filter``."""
 
-from .command import main
+import io
+import sys
+
+from .watch import watch
+
+
+def main() -> int:
+    """Run the command in a process that is looked after, and return its exit status."""
+    return watch(_work)
+
+
+def _work() -> int:
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):  # a terminal may lack letters of a file's name
+            stream.reconfigure(errors="backslashreplace")
+    from .command import main as command  # numpy and pymeshlab take their time
+
+    return command()
+
 
 if __name__ == "__main__":
     raise SystemExit(main())

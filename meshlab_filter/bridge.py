@@ -89,7 +89,7 @@ def add_simplified(
         mesh_set.set_matrix(transformmatrix=matrix, freeze=False)
     if len(textures) == 1:
         _use_first_texture(mesh_set)
-        _set_texture(mesh_set, *next(iter(textures.items())))
+        set_texture(mesh_set, *next(iter(textures.items())))
 
 
 def _vertex_arrays(mesh: Any, indices: NDArray[np.integer]) -> dict[str, Any]:
@@ -155,7 +155,7 @@ def _use_first_texture(mesh_set: Any) -> None:
     mesh_set.compute_texcoord_by_function_per_wedge(**names)
 
 
-def _set_texture(mesh_set: Any, name: str, image: Any) -> None:
+def set_texture(mesh_set: Any, name: str, image: Any) -> None:
     """Give the current layer a texture; pymeshlab takes it from a file only."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / Path(name).name

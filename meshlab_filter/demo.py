@@ -12,7 +12,10 @@ import pymeshlab
 import salcore
 
 from . import bridge, files, filters
+from .errors import FileError
 from .picture import Panel, saliency_colors, save_picture
+from .saving import save_mesh
+from .staging import write_text
 
 SCANS = {"bunny": "bunny10k_textured.obj", "face": "rangemaps/face000.ply"}
 """A mesh of the Stanford Bunny and a raw range map of a face."""
@@ -24,7 +27,7 @@ def sample(name: str) -> Path:
     """Return the path of a sample mesh in pymeshlab's installation."""
     path = Path(pymeshlab.__file__).parent / "tests" / "sample_meshes" / name
     if not path.exists():
-        raise files.FileError(f"{path}: pymeshlab came without its sample meshes; reinstall it")
+        raise FileError(f"{path}: pymeshlab came without its sample meshes; reinstall it")
     return path
 
 
@@ -65,13 +68,13 @@ def run(folder: Path, progress: filters.Callback | None = None) -> dict[str, Any
         rows.append(panels(name, points, faces, analysis, result))
         bridge.set_scalar(mesh_set, analysis.saliency, "saliency")
         bridge.set_colors(mesh_set, saliency_colors(analysis.saliency))
-        files.save_mesh(mesh_set, folder / f"{name}_saliency.ply")
+        save_mesh(mesh_set, folder / f"{name}_saliency.ply")
         bridge.add_simplified(mesh_set, mesh_set.current_mesh(), result, name)
-        files.save_mesh(mesh_set, folder / f"{name}_simplified.ply")
+        save_mesh(mesh_set, folder / f"{name}_simplified.ply")
         mesh_set.set_current_mesh(0)
         bridge.set_scalar(mesh_set, analysis.regions, "region")
         bridge.set_colors(mesh_set, filters.region_colors(analysis.regions))
-        files.save_mesh(mesh_set, folder / f"{name}_regions.ply")
+        save_mesh(mesh_set, folder / f"{name}_regions.ply")
     save_picture(folder / "demo.png", rows)
-    files.write_text(folder / "report.json", json.dumps(reports, indent=2))
+    write_text(folder / "report.json", json.dumps(reports, indent=2))
     return reports

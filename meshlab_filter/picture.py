@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from . import files
+from .errors import FileError
+from .staging import write
 
 Floats = NDArray[np.float64]
 
@@ -59,18 +60,18 @@ def check_picture(path: Path) -> None:
 
     Raises
     ------
-    files.FileError
+    FileError
         If matplotlib is not installed, or does not know the ending.
     """
     try:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
     except ImportError as error:
-        raise files.FileError(
+        raise FileError(
             "pictures need matplotlib: install it with pip install 'salient-simplify[plot]'"
         ) from error
     known = FigureCanvasAgg.get_supported_filetypes()
     if path.suffix.lower().removeprefix(".") not in known:
-        raise files.FileError(f"{path}: no format for pictures; name a file such as map.png")
+        raise FileError(f"{path}: no format for pictures; name a file such as map.png")
 
 
 def save_picture(path: Path, rows: list[list[Panel]], *, up: str = "y") -> None:
@@ -78,7 +79,7 @@ def save_picture(path: Path, rows: list[list[Panel]], *, up: str = "y") -> None:
 
     Raises
     ------
-    files.FileError
+    FileError
         If matplotlib is not installed, or does not know the ending.
     """
     check_picture(path)
@@ -97,7 +98,7 @@ def save_picture(path: Path, rows: list[list[Panel]], *, up: str = "y") -> None:
         for axis, panel in zip(axes, row, strict=False):
             _draw(axis, panel, FORWARD[up])
     figure.subplots_adjust(left=0.01, right=0.99, bottom=0.01, top=0.95, wspace=0.03, hspace=0.12)
-    files.write(path, figure.savefig)
+    write(path, figure.savefig)
 
 
 def _extent(points: Floats) -> tuple[float, float]:

@@ -15,6 +15,7 @@ import meshlab_filter as mf
 import salcore
 from meshlab_filter import demo, files
 from meshlab_filter.command import main
+from meshlab_filter.projects import save_project
 
 MAP = np.array([637100.25, 851327.5, 424.0])
 """Where a scan in map coordinates lies."""
@@ -203,7 +204,7 @@ def project(tmp_path):
     matrix[:3, 3] = 637100.25, 851327.5, 424.0
     meshes.set_matrix(transformmatrix=matrix, freeze=False)
     meshes.load_new_raster(str(folder / "photo.png"))
-    files.save_project(meshes, folder / "scene.mlp", force=True)
+    save_project(meshes, folder / "scene.mlp", force=True)
     return folder / "scene.mlp"
 
 

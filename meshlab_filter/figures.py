@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Figures for people."""
+
+from __future__ import annotations
+
+from typing import Any
+
+
+def figures(report: dict[str, Any]) -> str:
+    """Return the report for people."""
+    lines = [
+        f"  points   {report['points_before']:,} -> {report['points_after']:,} "
+        f"({report['rate']:.1%} less)",
+        *[f"  faces    {report['faces_before']:,} -> {report['faces_after']:,}"]
+        * bool(report["faces_after"]),
+        error_figures(report["errors"]),
+        f"  seconds  {report['seconds_analysis']:.2f} analysis, "
+        f"{report['seconds_selection']:.2f} selection",
+    ]
+    if report["dropped"]:
+        lines.insert(1, f"  dropped  {report['dropped']:,} points that are not finite")
+    return "\n".join(lines)
+
+
+def error_figures(errors: dict[str, Any]) -> str:
+    """Return the errors for people: in the file's unit, and in per cent of the diagonal."""
+    share = 100.0 / errors["diagonal"] if errors["diagonal"] else 0.0
+    names = {
+        "point": "to the nearest point",
+        "surface": "to the surface",
+        "point_back": "back to the nearest point",
+        "surface_back": "back to the surface",
+    }
+    return "\n".join(
+        f"  error    {errors[key]['max']:.4g} max ({errors[key]['max'] * share:.3f} %), "
+        f"{errors[key]['mean']:.4g} mean ({errors[key]['mean'] * share:.3f} %) {name}"
+        for key, name in names.items()
+        if "back" not in key or errors[key]["max"] > 0.0
+    )

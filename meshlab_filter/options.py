@@ -1,0 +1,131 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The options of the command ``salient-simplify``."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, NoReturn
+
+import salcore
+
+MISTAKE = 2
+
+
+class Parser(argparse.ArgumentParser):
+    """A parser that tells a mistake in one line."""
+
+    def error(self, message: str) -> NoReturn:
+        """Leave with what is wrong, without the whole usage."""
+        text = " ".join(message.split())
+        self.exit(MISTAKE, f"salient-simplify: error: {text}; see {self.prog} --help\n")
+
+
+def make_parser(runs: Mapping[str, Callable[[argparse.Namespace], None]]) -> Parser:
+    """Return the parser; options of the analysis follow from salcore's table.
+
+    `runs` holds for every command the function that does it; the options get it as `run`.
+    """
+    parser = Parser(
+        prog="salient-simplify",
+        description="Simplify point clouds and meshes while keeping what is salient.",
+    )
+    parser.add_argument("--version", action="version", version=f"%(prog)s {salcore.__version__}")
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+
+    def command(name: str, what: str) -> argparse.ArgumentParser:
+        added: argparse.ArgumentParser = commands.add_parser(
+            name, help=what, description=what[0].upper() + what[1:] + "."
+        )
+        added.set_defaults(run=runs[name])
+        return added
+
+    simplify = command("simplify", "keep the salient part of a file")
+    _add_files(simplify)
+    target = simplify.add_argument_group("target (one is required)")
+    choice = target.add_mutually_exclusive_group(required=True)
+    for row in salcore.TARGETS:
+        _add_parameter(choice, row)
+    _add_simplification(simplify)
+    _add_report(simplify)
+
+    lods = command("lods", "write levels of detail of a file")
+    _add_files(lods)
+    lods.add_argument("--ratios", type=float, nargs="+", required=True, metavar="R")
+    _add_simplification(lods)
+
+    for name in ("saliency", "regions"):
+        shown = command(name, f"write a file with {name} as quality and colour")
+        _add_files(shown)
+        shown.add_argument("--picture", type=Path, metavar="PNG", help="draw the map as well")
+        shown.add_argument(
+            "--up", choices=("y", "z"), default="y", help="upward axis of the picture (default: y)"
+        )
+
+    compare = command("compare", "measure the errors between two files")
+    for name in ("original", "simplified"):
+        compare.add_argument(name, type=Path, help="mesh file, or MeshLab project (.mlp)")
+        compare.add_argument(
+            f"--{name}-layer", metavar="NAME", help=f"layer of {name}, by name or number"
+        )
+    _add_report(compare)
+    compare.add_argument("--quiet", action="store_true", help="show no figures")
+    compare.add_argument("--force", action="store_true", help="overwrite an existing report")
+
+    show = command("demo", "analyse and simplify two scans that come along")
+    show.add_argument("folder", nargs="?", type=Path, default=Path("salient-simplify-demo"))
+    show.add_argument("--quiet", action="store_true", help="show no progress")
+    return parser
+
+
+def _add_files(command: argparse.ArgumentParser) -> None:
+    """Add input, output and the options of every analysis."""
+    command.add_argument("input", type=Path, help="mesh file, or MeshLab project (.mlp)")
+    command.add_argument("output", type=Path, help="file to write, of any format MeshLab writes")
+    command.add_argument("--layer", metavar="NAME", help="layer of a project, by name or number")
+    command.add_argument("--quiet", action="store_true", help="show nothing but errors")
+    command.add_argument("--force", action="store_true", help="overwrite an existing output")
+    command.add_argument("--preset", choices=salcore.PRESETS, default="default")
+    groups: dict[str, Any] = {}
+    for row in salcore.TABLE:
+        group = groups.setdefault(row.group, None) or command.add_argument_group(row.group.lower())
+        groups[row.group] = group
+        _add_parameter(group, row)
+
+
+def _add_simplification(command: argparse.ArgumentParser) -> None:
+    command.add_argument("--points", action="store_true", help="write points, no faces")
+    command.add_argument(
+        "--protect-selected", action="store_true", help="keep all points selected in the file"
+    )
+    command.add_argument(
+        "--free-seams", action="store_true", help="let faces reach across seams of the texture"
+    )
+
+
+def _add_report(command: argparse.ArgumentParser) -> None:
+    command.add_argument("--report", type=Path, metavar="JSON", help="write the figures to a file")
+
+
+def _add_parameter(group: Any, row: salcore.Parameter) -> None:
+    """Add the option of one row; left out, the preset's value holds."""
+    text = row.sentence.replace("%", "%%")
+    if row.symbol:
+        text += f" Paper: {row.symbol}."
+    if row.group != "Target":
+        text += f" Default: {row.default}."
+    option: dict[str, Any] = {"dest": row.name, "help": text, "default": None}
+    if row.type is bool:
+        option["action"] = argparse.BooleanOptionalAction
+    elif row.type is str:
+        option["choices"] = row.choices
+    else:
+        option |= {"type": row.type, "metavar": row.unit.upper() or "N"}
+    group.add_argument("--" + row.name.replace("_", "-"), **option)
+
+
+def chosen(options: argparse.Namespace, rows: tuple[salcore.Parameter, ...]) -> dict[str, Any]:
+    """Return the values that were given on the command line."""
+    values = {row.name: getattr(options, row.name) for row in rows}
+    return {name: value for name, value in values.items() if value is not None}
