@@ -5,9 +5,11 @@ Geometry goes in, indices come out: nothing is moved, rounded or lost, and hosts
 attributes. See `analyze`, `simplify` and `Parameters`.
 """
 
-from .errors import Cancelled, GeometryError, ParameterError, SalcoreError
+from .errors import Cancelled, GeometryError, MemoryLimitError, ParameterError, SalcoreError
+from .memory import estimated_memory
 from .metrics import Deviation, Errors, Surface, compare, compare_steps, make_surface
-from .parameters import PRESETS, TABLE, TARGETS, Parameter, Parameters
+from .parameter import Parameter
+from .parameters import PRESETS, TABLE, TARGETS, Parameters
 from .pipeline import Analysis, analysis_steps, analyze, simplify
 from .progress import Progress, run
 from .ranking import Ranking
@@ -23,6 +25,7 @@ __all__ = [
     "Deviation",
     "Errors",
     "GeometryError",
+    "MemoryLimitError",
     "Parameter",
     "ParameterError",
     "Parameters",
@@ -36,6 +39,7 @@ __all__ = [
     "analyze",
     "compare",
     "compare_steps",
+    "estimated_memory",
     "find_seams",
     "make_surface",
     "run",

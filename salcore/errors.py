@@ -14,5 +14,9 @@ class ParameterError(SalcoreError):
     """A parameter or target that is unknown, of the wrong type or out of bounds."""
 
 
+class MemoryLimitError(SalcoreError):
+    """The input would need more memory than the machine has free."""
+
+
 class Cancelled(Exception):
     """A progress callback returned False. Not a mistake, hence not a `SalcoreError`."""

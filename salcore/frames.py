@@ -31,7 +31,7 @@ class Frames:
         Unit normals, zero where there is none.
     oriented : (n,) bool
         Whether the normal's sign means something: a given normal or one of faces, where
-        neighbours rarely disagree.
+        neighbours rarely disagree or ``angle="oriented"`` asks for it.
     minor, major : (n, 3) float64
         Principal directions c0 and c1: the tangent directions in which the neighbours spread
         least and most, of arbitrary sign.
@@ -64,7 +64,8 @@ def build_frames(geometry: Geometry, graph: Graph, parameters: Parameters) -> St
     points, count = geometry.points, len(geometry.points)
     normals, oriented = yield from _known_normals(geometry, graph, parameters)
     yield None
-    if not (yield from _consistent(normals, oriented, graph, parameters.workers)):
+    asked = parameters.angle == "oriented"
+    if not asked and not (yield from _consistent(normals, oriented, graph, parameters.workers)):
         oriented = np.zeros(count, dtype=bool)
     minor, major = np.empty((count, 3)), np.empty((count, 3))
     curvature, scale = np.empty(count), np.empty(count)

@@ -13,14 +13,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .arrays import indices, real_numbers
 from .blocks import rest_blocks
 from .errors import GeometryError
-from .parameters import Parameters
+from .parameters import Parameters, checked
 from .progress import Rests, finish
 from .sorting import sort
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
+
+MOST = 1024
+"""Exponent of the largest doubles."""
+TINY = 2.0**-200
+"""Share of the diagonal below which a centred coordinate counts as zero: the fourth power of any
+difference that is left, such as an area's square, is a normal double."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +38,7 @@ class Geometry:
     ----------
     points : (n, 3) float64
         Distinct finite points, centred on their bounding box and scaled by a power of two
-        (exactly) to a diagonal in [0.5, 1).
+        (exactly) to a diagonal in [0.5, 1); less where the input's is no normal double.
     faces : (m, 3) intp
         Faces without repeated corners; empty for a cloud.
     face_of : (m,) intp
@@ -39,7 +46,7 @@ class Geometry:
     normals : (n, 3) float64 or None
         Given normals, unit or zero.
     scale : float
-        Input lengths are ``length / scale``.
+        Input lengths are ``length / scale``. A power of two.
     centre : (3,) float64
         Input positions are ``points / scale + centre``.
     vertex_of : (N,) intp
@@ -65,9 +72,12 @@ class Geometry:
     @property
     def diagonal(self) -> float:
         """Diagonal of the bounding box, in the input's unit."""
-        if not len(self.points):
-            return 0.0
-        return float(np.linalg.norm(np.ptp(self.points, axis=0))) / self.scale
+        return self.size / self.scale
+
+    @property
+    def size(self) -> float:
+        """Diagonal of the clean points' bounding box."""
+        return float(np.linalg.norm(np.ptp(self.points, axis=0))) if len(self.points) else 0.0
 
 
 def clean(
@@ -98,7 +108,8 @@ def clean(
 
     Notes
     -----
-    O(N log N) time, about 150 bytes a point.
+    O(N log N) time, about 150 bytes a point. Points count as equal that are within 1e-60 of the
+    diagonal of each other, which only happens next to the box's centre.
     """
     return finish(clean_steps(points, faces, normals, parameters))
 
@@ -110,9 +121,9 @@ def clean_steps(
     parameters: Parameters | None = None,
 ) -> Rests[Geometry]:
     """Rest between the parts of the work, and return what `clean` returns."""
-    parameters = parameters or Parameters()
+    parameters = checked(parameters)
     coordinates = _matrix(points, "points")
-    triangles = _check_faces(faces, len(coordinates))
+    triangles = indices(faces, "faces", "triangles", 3, len(coordinates))
     given = _check_normals(normals, len(coordinates))
     yield
     finite = np.asarray(np.isfinite(coordinates).all(axis=1))
@@ -150,14 +161,34 @@ def clean_steps(
 
 def _matrix(values: ArrayLike, name: str) -> Floats:
     """Return `values` as a contiguous (N, 3) float64 array."""
-    array = np.asarray(values)
-    if array.size == 0 and array.ndim <= 2:
+    array = real_numbers(values, name, "an array of real numbers of shape (N, 3)")
+    if array.shape in ((0,), (0, 0)):
         array = array.reshape(0, 3)
     if array.ndim != 2 or array.shape[1] != 3:
         raise GeometryError(f"{name} of shape {array.shape}: give an array of shape (N, 3)")
-    if array.dtype.kind not in "fiub":
-        raise GeometryError(f"{name} of type {array.dtype}: give real numbers")
-    return np.ascontiguousarray(array, dtype=np.float64)
+    return array
+
+
+def box_frame(low: Floats, high: Floats) -> tuple[int, Floats, int]:
+    """Return the exponents and the centre that bring a box to a diagonal in [0.5, 1).
+
+    Positions become ``(position * 2**-first - centre) * 2**-second``. Powers of two round nothing,
+    and the first keeps the largest and least doubles in range.
+
+    Raises
+    ------
+    GeometryError
+        If the diagonal is no double.
+    """
+    first = int(np.frexp(np.maximum(np.abs(low), np.abs(high)).max())[1])
+    low, high = np.ldexp(low, -first), np.ldexp(high, -first)
+    second = int(np.frexp(np.linalg.norm(high - low))[1])
+    if first + second > MOST:
+        raise GeometryError(
+            "points: the diagonal of their bounding box is beyond the largest double, "
+            f"{np.finfo(np.float64).max:.2g}; scale them down"
+        )
+    return first, 0.5 * (low + high), max(second, -MOST + 1 - first)
 
 
 def _centre(points: Floats, workers: int) -> Rests[tuple[Floats, float, Floats]]:
@@ -168,27 +199,19 @@ def _centre(points: Floats, workers: int) -> Rests[tuple[Floats, float, Floats]]
     if not len(points):
         return points, 1.0, np.zeros(3)
     low, high = points.min(axis=0), points.max(axis=0)
-    # Halves first: the sum and the difference of the largest doubles overflow.
-    largest = float(np.max(high / 2 - low / 2))
-    centre: Floats = low / 2 + high / 2
-    if largest == 0.0:
-        return np.zeros_like(points), 1.0, centre
-    exponent = int(np.frexp(largest)[1])
+    if (low == high).all():
+        return np.zeros_like(points), 1.0, low
+    first, centre, second = box_frame(low, high)
+    yield
     centred = np.empty_like(points)
 
     def move(start: int, stop: int) -> None:
-        centred[start:stop] = np.ldexp(points[start:stop] - centre, -exponent)
+        block = np.ldexp(np.ldexp(points[start:stop], -first) - centre, -second)
+        block[np.abs(block) < TINY] = 0.0
+        centred[start:stop] = block
 
     yield from rest_blocks(move, len(points), workers=workers)
-    diagonal = float(np.linalg.norm(np.ptp(centred, axis=0)))
-    shift = int(np.frexp(diagonal)[1])
-    yield
-
-    def scale(start: int, stop: int) -> None:
-        centred[start:stop] = np.ldexp(centred[start:stop], -shift)
-
-    yield from rest_blocks(scale, len(points), workers=workers)
-    return centred, float(np.ldexp(1.0, -exponent - shift)), centre
+    return centred, float(np.ldexp(1.0, -first - second)), np.ldexp(centre, first)
 
 
 def _weld(points: Floats, workers: int) -> Rests[tuple[Indices, Indices]]:
@@ -218,27 +241,6 @@ def _weld(points: Floats, workers: int) -> Rests[tuple[Indices, Indices]]:
     number = np.empty(count, dtype=np.intp)
     number[firsts] = np.arange(len(firsts))
     return number[representative], firsts
-
-
-def _check_faces(faces: ArrayLike | None, count: int) -> NDArray[Any]:
-    """Return `faces` as an (F, 3) array of integers within range."""
-    array: NDArray[Any] = np.asarray([] if faces is None else faces)
-    if array.size == 0:
-        return np.empty((0, 3), dtype=np.intp)
-    if array.ndim != 2 or array.shape[1] != 3:
-        raise GeometryError(
-            f"faces of shape {array.shape}: give triangles as an array of shape (F, 3)"
-        )
-    if array.dtype.kind not in "iu":
-        raise GeometryError(f"faces of type {array.dtype}: give integers")
-    low, high = int(array.min()), int(array.max())
-    if low < 0 or high >= count:
-        bad = low if low < 0 else high
-        raise GeometryError(
-            f"faces: index {bad} is out of range for {count} points; "
-            f"give indices from 0 to {count - 1}"
-        )
-    return array
 
 
 def _clean_faces(faces: NDArray[Any], vertex_of: Indices) -> Rests[tuple[Indices, Indices]]:

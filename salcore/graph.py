@@ -23,11 +23,14 @@ from .progress import Rests, Steps
 STAR_BLOCK = 4096
 WIDE_BLOCK = 1 << 15
 STARS_SHARE = 0.9  # of the time that building a graph takes
-NUDGE = 1e-5
-"""Share of the squared spacing by which points are told apart that lie on one circle. Like powers
-on all its four points let a square's two triangles be the same in all stars, and keep rounding
-from choosing between them."""
+NUDGE = 2.5e-5
+"""Share of the squared distance to the nearest point by which points are told apart that lie on one
+circle. Like powers on all its four points let a square's two triangles be the same in all stars,
+and keep rounding from choosing between them. They follow from the numbers of the points: a
+lattice's diagonals are the same wherever it lies, but not in whatever order its points come."""
 COCIRCULAR = 1e-9
+FEWEST = 3
+"""Nearest points that a star is sought among at least, though it be a tie which they are."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -200,21 +203,25 @@ def _build_stars(points: Floats, parameters: Parameters) -> Steps[tuple[NDArray[
     tree = cKDTree(points)
     yield None
     nearest = np.empty((count, width), dtype=np.int32)
-    powers = np.empty(count)
+    powers, reach = np.empty(count), np.empty(count)
     stars = np.full((count, width), -1, dtype=np.int32)
 
     def search(start: int, stop: int) -> None:
         # The tree's own order keeps the points of a block together in space.
         block = tree.indices[start:stop]
-        distance, found = tree.query(points[block], k=width + 1)
-        nearest[block] = _without_self(np.asarray(found), block)
-        powers[block] = NUDGE * np.mean(distance, axis=1) ** 2 * scrambled(block)
+        distance, found = map(np.asarray, tree.query(points[block], k=width + 2))
+        nearest[block] = _without_self(found[:, :-1], block)
+        reach[block] = distance[:, -1] ** 2
+        powers[block] = NUDGE * distance[:, 1] ** 2 * scrambled(block)
 
     def choose(start: int, stop: int) -> None:
         block = tree.indices[start:stop]
         other = nearest[block]
         offsets = points[other] - points[block, None, :]
-        normals[block], row, slot = _stars(offsets, powers[block, None] - powers[other])
+        square = np.einsum("bkc,bkc->bk", offsets, offsets)
+        near = _nearer(square, reach[block])
+        nudged = square + powers[block, None] - powers[other]
+        normals[block], row, slot = _stars(offsets, nudged, near)
         place = np.arange(len(row)) - np.searchsorted(row, row)
         stars[block[row], place] = other[row, slot]
 
@@ -247,28 +254,50 @@ def scrambled(vertices: NDArray[np.integer]) -> Floats:
     return number / 2.0**32
 
 
-def _stars(offsets: Floats, powers: Floats) -> tuple[Floats, Indices, Indices]:
+def _nearer(square: Floats, reach: Floats) -> NDArray[np.bool_]:
+    """Return which squared distances (b, k) are less than those of the next points (b,).
+
+    Where others are as far, rounding would decide which of them are among the k nearest, so none
+    of them is; unless there would be too few left.
+    """
+    near: NDArray[np.bool_] = square < (1.0 - COCIRCULAR) * reach[:, None]
+    near[np.count_nonzero(near, axis=1) < FEWEST] = True
+    return near
+
+
+def _stars(
+    offsets: Floats, square: Floats, near: NDArray[np.bool_]
+) -> tuple[Floats, Indices, Indices]:
     """Return plane normals (b, 3) of nearest points at `offsets` (b, k, 3), and the stars.
 
-    The stars come as the rows and slots of their members in `offsets`, by row and angle.
+    The stars come as the rows and slots of their members in `offsets`, by row and angle. Only the
+    offsets that are `near` (b, k) count.
 
     The star of the origin in a Delaunay triangulation consists of the vertices of the convex hull
     of the other points after inversion in a circle round the origin. Inverting in a sphere and
     projecting then does the same in the plane, and pushes points off the plane back. Differences
-    of `powers` (b, k), added to squared distances, make it the regular triangulation.
+    of powers in the squared distances `square` (b, k) make it the regular triangulation.
     """
     centred = np.concatenate([offsets, np.zeros_like(offsets[:, :1])], axis=1)
-    centred -= centred.mean(axis=1, keepdims=True)
+    all_near = near.all()
+    if all_near:
+        centred -= centred.mean(axis=1, keepdims=True)
+    else:
+        weight = np.concatenate([near, np.ones_like(near[:, :1])], axis=1)[:, :, None]
+        centred *= weight
+        centred -= centred.sum(axis=1, keepdims=True) / weight.sum(axis=1, keepdims=True)
+        centred *= weight
     normals = fit_normals(np.matmul(centred.transpose(0, 2, 1), centred))
-    square = np.einsum("bkc,bkc->bk", offsets, offsets)
     frame = np.stack(tangent_basis(normals), axis=2)
-    inverted = np.matmul(offsets, frame) / (square + powers)[:, :, None]
+    inverted = np.matmul(offsets, frame) / square[:, :, None]
     x, y = inverted[:, :, 0], inverted[:, :, 1]
     order = np.argsort(_pseudo_angle(x, y), axis=1)
     width = order.shape[1]
     flat = (order + np.arange(0, order.size, width)[:, None]).ravel()
-    hull = _hull_vertices(x.ravel()[flat], y.ravel()[flat], np.repeat(np.arange(len(x)), width))
-    return normals, hull // width, flat[hull] % width
+    if not all_near:
+        flat = flat[near.ravel()[flat]]
+    hull = _hull_vertices(x.ravel()[flat], y.ravel()[flat], flat // width)
+    return normals, flat[hull] // width, flat[hull] % width
 
 
 def _pseudo_angle(x: Floats, y: Floats) -> Floats:
@@ -279,12 +308,14 @@ def _pseudo_angle(x: Floats, y: Floats) -> Floats:
     return angle
 
 
-def _in_shadow(x: Floats, y: Floats, other_x: Floats, other_y: Floats) -> NDArray[np.bool_]:
-    """Return which points lie on the same ray from the origin as others that are further out."""
+def _on_ray(
+    x: Floats, y: Floats, other_x: Floats, other_y: Floats
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Return which points lie on the same ray from the origin as others, and which nearer to it."""
     along = x * other_x + y * other_y
     across = np.abs(x * other_y - y * other_x)
-    shadow: NDArray[np.bool_] = (across <= COCIRCULAR * along) & (x * x + y * y < along)
-    return shadow
+    on_ray = across <= COCIRCULAR * along
+    return on_ray, on_ray & (x * x + y * y < along)
 
 
 def _hull_vertices(x: Floats, y: Floats, row: Indices) -> Indices:
@@ -306,7 +337,9 @@ def _hull_vertices(x: Floats, y: Floats, row: Indices) -> Indices:
         span = ax * cy - ay * cx
         turn = (x - ax) * (cy - y) - (y - ay) * (cx - x)
         inside = (span > 0.0) & (turn < -COCIRCULAR * span)
-        inside |= _in_shadow(x, y, ax, ay) | _in_shadow(x, y, cx, cy)
+        # The turn between two points on one ray is rounding: there the nearer to the origin goes.
+        (on_one, shadow), (on_other, other_shadow) = _on_ray(x, y, ax, ay), _on_ray(x, y, cx, cy)
+        inside = (inside & ~on_one & ~on_other) | shadow | other_shadow
         # Sets that lost no point are finished; the others go round again without the lost ones.
         busy = np.logical_or.reduceat(inside, np.flatnonzero(first))
         again = np.repeat(busy, np.diff(np.append(np.flatnonzero(first), len(row))))

@@ -15,12 +15,16 @@ from .geometry import Floats, Geometry, Indices, sum_by_label
 from .graph import Graph
 from .parameters import Parameters
 from .progress import Rests
-from .regions import Regions
+from .regions import Regions, build_regions
 
 Mask = NDArray[np.bool_]
 
 STRAIGHT = 1e-9
 """Least turn, in radians, that is told from rounding."""
+UNIT = 1e-12
+"""Radians in which turns are summed, as whole numbers: their sums round nothing, however many."""
+REACHED = 1e-6
+"""Share of the angle that may be missing where a sum of turns counts as a multiple of it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,15 +103,29 @@ def boundary_extremities(
 
     yield from rest_blocks(measure, len(inner), workers=workers)
     turn[turn < STRAIGHT] = 0.0
-    total = np.cumsum(turn)
+    total = np.cumsum(np.rint(turn / UNIT).astype(np.int64))
     total -= np.repeat(total[regions.offsets[:-1]], np.diff(regions.offsets))
     if angle > 0.0:
-        step = np.floor(total / np.radians(angle))
+        # An angle less than the least turn makes every turn pass a multiple, as it is to be.
+        step = np.floor(total * (UNIT / max(np.radians(angle), STRAIGHT)) + REACHED)
         bend = step != np.roll(step, 1)
     else:
         bend = turn > 0.0
     keep[chains[bend | end]] = True
     return keep
+
+
+def segment_steps(
+    geometry: Geometry, graph: Graph, saliency: Floats, parameters: Parameters
+) -> Rests[tuple[Regions, Mask]]:
+    """Return the regions, and the extremities of their boundaries, with rests."""
+    workers = parameters.workers
+    regions = yield from build_regions(geometry, graph, saliency, parameters.tolerance, workers)
+    yield
+    extremities = yield from boundary_extremities(
+        geometry.points, regions, parameters.collinear_angle, workers
+    )
+    return regions, extremities
 
 
 def global_mean(saliency: Floats) -> float:
@@ -195,7 +213,8 @@ def select(
 ) -> Rests[tuple[Interest, Indices]]:
     """Return the interest points for a threshold α, and the kept vertex that stands for each.
 
-    It rests between the parts of the work.
+    It rests between the parts of the work. Where the threshold lies above all saliency, the most
+    salient vertex stays without a coverage guard: a result is never empty.
 
     Returns
     -------
@@ -208,6 +227,8 @@ def select(
     O(n log n) time; nothing is computed again that does not depend on α.
     """
     salient = salient_points(saliency, regions, alpha, parameters.alpha_rule)
+    if not parameters.max_gap and len(salient) and not (salient | extremities).any():
+        salient[np.argmax(saliency)] = True
     yield
     fillers = yield from gap_fillers(
         geometry.points, regions, extremities, salient, parameters.workers

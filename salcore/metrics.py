@@ -11,8 +11,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import cKDTree
 
+from .arrays import real_numbers
 from .blocks import BLOCK, rest_blocks
-from .geometry import Floats, Indices, clean, unit
+from .errors import GeometryError
+from .geometry import Floats, Indices, box_frame, clean, unit
 from .graph import build_graph
 from .parameters import Parameters
 from .progress import Rests, finish
@@ -71,6 +73,24 @@ class Errors:
         """Return nested dicts, ready for JSON."""
         return dataclasses.asdict(self)
 
+    def scaled(self, exponent: int) -> Errors:
+        """Return these errors times a power of two."""
+
+        def of(length: float) -> float:
+            with np.errstate(over="ignore"):  # beyond the largest double: infinite
+                return float(np.ldexp(length, exponent))
+
+        def all_of(one: Deviation) -> Deviation:
+            return Deviation(of(one.max), of(one.mean), of(one.rms))
+
+        return Errors(
+            all_of(self.point),
+            all_of(self.surface),
+            all_of(self.point_back),
+            all_of(self.surface_back),
+            of(self.diagonal),
+        )
+
 
 @dataclass(frozen=True, eq=False)
 class Surface:
@@ -112,12 +132,17 @@ def make_surface(
     fitted = geometry.normals
     if fitted is None and not len(geometry.faces):
         fitted = finish(build_graph(geometry, parameters)).plane_normals
-    original = np.asarray(points, dtype=np.float64)[geometry.input_of]
+    original = real_numbers(points, "points", "points").reshape(-1, 3)[geometry.input_of]
     return Surface(original, geometry.faces, fitted)
 
 
 def compare(original: Surface, simplified: Surface, *, workers: int = 0) -> Errors:
     """Return the errors between two geometries, both ways.
+
+    Raises
+    ------
+    GeometryError
+        If a surface has no points where the other has some, or points that are not finite.
 
     Notes
     -----
@@ -128,6 +153,36 @@ def compare(original: Surface, simplified: Surface, *, workers: int = 0) -> Erro
 
 def compare_steps(original: Surface, simplified: Surface, *, workers: int = 0) -> Rests[Errors]:
     """Rest between the parts of the work, and return what `compare` returns."""
+    surfaces = {"original": original, "simplified": simplified}
+    for name, surface in surfaces.items():
+        if not isinstance(surface, Surface):
+            raise GeometryError(
+                f"{name} of type {type(surface).__name__}: give a Surface, as make_surface returns"
+            )
+        if not np.isfinite(surface.points).all():
+            raise GeometryError(
+                f"{name}: points are NaN or infinite; make_surface(...) leaves them out"
+            )
+    for name, surface in surfaces.items():
+        if not len(surface.points) and (len(original.points) or len(simplified.points)):
+            raise GeometryError(f"{name}: it has no valid points; there is nothing to measure to")
+    yield
+    # In a frame of the size one: squares and products of four lengths stay in range.
+    both = np.concatenate([original.points, simplified.points])
+    if not len(both) or (both == both[0]).all():
+        return (yield from measure_steps(original, simplified, workers=workers))
+    first, centre, second = box_frame(both.min(axis=0), both.max(axis=0))
+
+    def framed(surface: Surface) -> Surface:
+        points = np.ldexp(np.ldexp(surface.points, -first) - centre, -second)
+        return dataclasses.replace(surface, points=points)
+
+    steps = measure_steps(framed(original), framed(simplified), workers=workers)
+    return (yield from steps).scaled(first + second)
+
+
+def measure_steps(original: Surface, simplified: Surface, *, workers: int = 0) -> Rests[Errors]:
+    """Do the work of `compare` on surfaces of about the size one, with rests."""
     there_point, there_surface = yield from distances(original.points, simplified, workers=workers)
     back_point, back_surface = yield from distances(simplified.points, original, workers=workers)
     box = np.ptp(original.points, axis=0) if len(original.points) else np.zeros(3)

@@ -9,80 +9,11 @@ parameters, Blender properties and the README's table are generated from the row
 from __future__ import annotations
 
 import dataclasses
-import math
-import numbers
 from dataclasses import dataclass, field
 from typing import Any
 
 from .errors import ParameterError
-
-
-@dataclass(frozen=True, kw_only=True)
-class Parameter:
-    """One row of the table.
-
-    Attributes
-    ----------
-    name, label : str
-        The Python name, and the words a user interface shows.
-    type : type
-        `bool`, `int`, `float` or `str`; a `str` parameter has `choices`.
-    default, paper : bool, int, float or str
-        Values in the presets "default" and "paper".
-    minimum, maximum : float
-        Inclusive bounds of a number.
-    choices : tuple of str
-        Allowed values of a `str` parameter.
-    unit : str
-        Unit of a number; empty for counts, shares and choices.
-    symbol : str
-        The paper's symbol or equation number; empty for our extensions.
-    group : str
-        The stage the parameter belongs to, in the paper's order.
-    sentence : str
-        What the value does, for tooltips and help.
-    """
-
-    name: str
-    label: str
-    type: type
-    default: Any
-    paper: Any
-    minimum: float = -math.inf
-    maximum: float = math.inf
-    choices: tuple[str, ...] = ()
-    unit: str = ""
-    symbol: str = ""
-    group: str = ""
-    sentence: str = ""
-
-    def check(self, value: Any) -> Any:
-        """Return `value` as this parameter's type, or raise `ParameterError`."""
-        if self.type is str:
-            if value not in self.choices:
-                raise ParameterError(
-                    f"{self.name}={value!r}: choose one of {', '.join(self.choices)}"
-                )
-            return value
-        if self.type is bool:
-            if value not in (True, False):
-                raise ParameterError(f"{self.name}={value!r}: give True or False")
-            return bool(value)
-        if isinstance(value, bool) or not isinstance(value, numbers.Real):
-            raise ParameterError(f"{self.name}={value!r}: give {self._kind()}")
-        number = float(value)
-        if self.type is int and not number.is_integer():
-            raise ParameterError(f"{self.name}={value!r}: give a whole number")
-        if not self.minimum <= number <= self.maximum:
-            raise ParameterError(
-                f"{self.name}={value!r}: give {self._kind()} "
-                f"from {self.minimum:g} to {self.maximum:g}"
-            )
-        return self.type(value)
-
-    def _kind(self) -> str:
-        return "a whole number" if self.type is int else "a number"
-
+from .parameter import Parameter, shown
 
 _ROW = "row"
 
@@ -166,8 +97,9 @@ class Parameters:
     angle: str = _row(
         "auto",
         "Angle",
-        "Angle between normals: of vectors (oriented), of lines (unoriented), by orientation of "
-        "the normals (auto), or with the squared product as printed (squared).",
+        "Angle between normals: of vectors (oriented), of lines (unoriented), of vectors where "
+        "neighbours rarely disagree (auto), or with the squared product as printed (squared). "
+        "Fitted normals have no sign and always count as lines.",
         paper="squared",
         choices=("auto", "oriented", "unoriented", "squared"),
         symbol="(3.2)",
@@ -298,7 +230,7 @@ class Parameters:
         group="Elimination",
     )
     evenness: float = _row(
-        0.3,
+        0.1,
         "Evenness",
         "Weight of even spacing in the order of elimination, for points that no face uses.",
         minimum=0.0,
@@ -337,6 +269,12 @@ class Parameters:
         maximum=256,
         group="Run",
     )
+    memory_check: bool = _row(
+        True,
+        "Check memory",
+        "Refuse an input that would need more memory than the machine has free.",
+        group="Run",
+    )
 
     def __post_init__(self) -> None:
         for row in TABLE:
@@ -345,8 +283,8 @@ class Parameters:
     @classmethod
     def preset(cls, name: str) -> Parameters:
         """Return the preset "default" or "paper" (the formulas as printed; see docs/method.md)."""
-        if name not in PRESETS:
-            raise ParameterError(f"preset={name!r}: choose one of {', '.join(PRESETS)}")
+        if not isinstance(name, str) or name not in PRESETS:
+            raise ParameterError(f"preset={shown(name)}: choose one of {', '.join(PRESETS)}")
         return cls(**{row.name: getattr(row, name) for row in TABLE})
 
     def as_dict(self) -> dict[str, Any]:
@@ -355,6 +293,19 @@ class Parameters:
 
 
 PRESETS = ("default", "paper")
+
+
+def checked(parameters: Parameters | None) -> Parameters:
+    """Return parameters, the default ones for None, or raise `ParameterError`."""
+    if parameters is None:
+        return Parameters()
+    if not isinstance(parameters, Parameters):
+        raise ParameterError(
+            f"parameters={shown(parameters)}: give Parameters(...), Parameters(**values) for a "
+            "dict, or Parameters.preset(name)"
+        )
+    return parameters
+
 
 TABLE: tuple[Parameter, ...] = tuple(
     Parameter(name=f.name, **f.metadata[_ROW]) for f in dataclasses.fields(Parameters)

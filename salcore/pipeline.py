@@ -15,18 +15,21 @@ from .costs import Weights
 from .frames import Frames, build_frames
 from .geometry import Floats, Geometry, Indices, clean_steps
 from .graph import Graph, build_graph
-from .interest import boundary_extremities, select
+from .interest import segment_steps, select
 from .levels import cut_faces, living_ancestors, optimal_positions
-from .parameters import Parameters
-from .progress import Callback, Progress, Rests, run, staged
+from .memory import check_memory
+from .parameters import Parameters, checked
+from .progress import Callback, Progress, Rests, part, run, staged
 from .progressive import Elimination, eliminate
 from .ranking import Ranking, input_ranking
-from .regions import Regions, build_regions
+from .regions import Regions
 from .result import Simplification
 from .saliency import Saliency, build_saliency
 from .surface import GUESSED_BORDER, elimination_surface
 from .targets import count_for, count_within, one_target
 from .wishes import Wishes
+
+ANALYSIS_SHARE = 0.4  # of the time that an analysis and an elimination take
 
 
 @dataclass(eq=False)
@@ -149,7 +152,9 @@ class Analysis:
         wishes = Wishes.check(self.geometry, protect, importance, seams)
         if name == "alpha":
             steps = self._by_threshold(value, wishes.protect, begun)
-            return (yield from staged("Interest points", 0.0, 1.0, steps))
+            result = yield from staged("Interest points", 0.0, 1.0, steps)
+            yield Progress("Interest points", 1.0)
+            return result
         elimination = yield from self._eliminate(wishes)
         available = int(np.count_nonzero(self.geometry.vertex_of >= 0))
         if name == "max_error":
@@ -216,11 +221,12 @@ class Analysis:
         self, elimination: Elimination, bound: float, protected: int
     ) -> Generator[Progress, None, int]:
         """Return about the fewest vertices whose measured error is within the bound."""
-        if self.parameters.error_unit == "diagonal":
-            bound *= self.geometry.diagonal
+        geometry = self.geometry
+        unit = geometry.scale if self.parameters.error_unit == "length" else geometry.size
+        bound *= unit
         order = np.empty_like(elimination.rank)
         order[elimination.rank] = np.arange(len(order))
-        estimate = np.append(np.inf, elimination.error[order][:-1]) / self.geometry.scale
+        estimate = np.append(np.inf, elimination.error[order][:-1])
 
         def measure(count: int) -> Rests[float]:
             cut = yield from self._cut(elimination, count, 0.0)
@@ -308,12 +314,16 @@ def analyze(
     ------
     GeometryError
         If an array cannot be understood.
+    ParameterError
+        If `parameters` are none.
+    MemoryLimitError
+        If it would take more memory than is free (`Parameters.memory_check`).
     Cancelled
         If `progress` returned False.
 
     Notes
     -----
-    O(n log n) time, in some 800 bytes a point at the peak for the default parameters.
+    O(n log n) time; for memory see `estimated_memory`.
 
     Examples
     --------
@@ -334,7 +344,8 @@ def analysis_steps(
     parameters: Parameters | None = None,
 ) -> Generator[Progress, None, Analysis]:
     """Yield progress and return what `analyze` returns; for hosts that work in slices."""
-    parameters = parameters or Parameters()
+    parameters = checked(parameters)
+    check_memory(points, faces, parameters)
     begun = time.perf_counter()
     door = clean_steps(points, faces, normals, parameters)
     geometry = yield from staged("Input", 0.0, 0.05, door)
@@ -343,26 +354,11 @@ def analysis_steps(
     saliency = yield from staged(
         "Saliency", 0.75, 0.9, build_saliency(geometry, graph, frames, parameters)
     )
-    parts = _segment(geometry, graph, saliency, parameters)
+    parts = segment_steps(geometry, graph, saliency.scaled, parameters)
     regions, extremities = yield from staged("Regions", 0.9, 1.0, parts)
     yield Progress("Regions", 1.0)
     seconds = time.perf_counter() - begun
     return Analysis(geometry, graph, frames, saliency, regions, extremities, parameters, seconds)
-
-
-def _segment(
-    geometry: Geometry, graph: Graph, saliency: Saliency, parameters: Parameters
-) -> Rests[tuple[Regions, NDArray[np.bool_]]]:
-    """Return the regions, and the extremities of their boundaries."""
-    workers = parameters.workers
-    regions = yield from build_regions(
-        geometry, graph, saliency.scaled, parameters.tolerance, workers
-    )
-    yield
-    extremities = yield from boundary_extremities(
-        geometry.points, regions, parameters.collinear_angle, workers
-    )
-    return regions, extremities
 
 
 def simplify(
@@ -387,7 +383,14 @@ def simplify(
     250
     """
     one_target(target)  # before the long part
-    analysis = analyze(points, faces, normals, parameters, progress=progress)
-    return analysis.simplify(
-        protect=protect, importance=importance, seams=seams, progress=progress, **target
-    )
+
+    def steps() -> Generator[Progress, None, Simplification]:
+        analysis = yield from part(
+            0.0, ANALYSIS_SHARE, analysis_steps(points, faces, normals, parameters)
+        )
+        rest = analysis.simplify_steps(
+            protect=protect, importance=importance, seams=seams, **target
+        )
+        return (yield from part(ANALYSIS_SHARE, 1.0, rest))
+
+    return run(steps(), progress)

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Generator
 from typing import Any, NamedTuple, TypeVar
 
-from .errors import Cancelled
+from .errors import Cancelled, ParameterError
 
 Result = TypeVar("Result")
 
@@ -62,6 +62,19 @@ def staged(
         yield at
 
 
+def part(
+    begin: float, end: float, steps: Generator[Progress, None, Result]
+) -> Generator[Progress, None, Result]:
+    """Yield the progress of whole work as a part of larger work, and return its result."""
+    while True:
+        try:
+            at = next(steps)
+        except StopIteration as stop:
+            result: Result = stop.value
+            return result
+        yield Progress(at.stage, begin + (end - begin) * at.fraction)
+
+
 def run(steps: Generator[Progress, None, Result], progress: Callback | None = None) -> Result:
     """Run work to its end, calling `progress` at every step.
 
@@ -69,14 +82,22 @@ def run(steps: Generator[Progress, None, Result], progress: Callback | None = No
     ------
     Cancelled
         If the callback returned False; the work is closed and has left nothing behind.
+    ParameterError
+        If `progress` cannot be called.
     """
-    while True:
-        try:
-            at = next(steps)
-        except StopIteration as stop:
-            result: Result = stop.value
-            return result
-        answer = None if progress is None else progress(at.stage, at.fraction)
-        if answer is not None and not answer:
-            steps.close()
-            raise Cancelled(f"cancelled during {at.stage}")
+    if progress is not None and not callable(progress):
+        raise ParameterError(
+            f"progress of type {type(progress).__name__}: give a function of stage and fraction"
+        )
+    try:
+        while True:
+            try:
+                at = next(steps)
+            except StopIteration as stop:
+                result: Result = stop.value
+                return result
+            answer = None if progress is None else progress(at.stage, at.fraction)
+            if answer is not None and not answer:
+                raise Cancelled(f"cancelled during {at.stage}")
+    finally:
+        steps.close()

@@ -11,10 +11,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .arrays import corner_values, indices
 from .errors import GeometryError
 from .geometry import Floats, Geometry, Indices
 from .interest import Interest
-from .metrics import Errors, Surface, compare_steps, distances
+from .metrics import Errors, Surface, distances, measure_steps
 from .progress import Rests, finish
 from .provenance import corner_sources, edge_sources
 
@@ -95,6 +96,8 @@ class Simplification:
     interest: Interest | None
     seconds: float
     _context: _Context = dataclasses.field(repr=False)
+    _measured: list[Errors] = dataclasses.field(init=False, default_factory=list, repr=False)
+    """The errors, once they have been measured."""
 
     @classmethod
     def of_vertices(
@@ -182,7 +185,7 @@ class Simplification:
         Raises
         ------
         GeometryError
-            If the simplification has no faces.
+            If the simplification has no faces, or an array cannot be understood.
 
         Notes
         -----
@@ -191,11 +194,12 @@ class Simplification:
         if self.faces is None or self.face_source is None:
             raise GeometryError("faces: this simplification has none; simplify a mesh by count")
         vertex_of = self._context.geometry.vertex_of
+        given = indices(faces, "faces", "triangles", 3, len(vertex_of))
+        if int(self.face_source.max(initial=-1)) >= len(given):
+            raise GeometryError(f"faces: {len(given)} of them; give all that were analysed")
+        values = None if charts is None else corner_values(charts, "charts", given.shape)
         return corner_sources(
-            vertex_of[np.asarray(faces)],
-            vertex_of[self.indices[self.faces]],
-            self.face_source,
-            None if charts is None else np.asarray(charts, dtype=np.float64),
+            vertex_of[given], vertex_of[self.indices[self.faces]], self.face_source, values
         )
 
     def edge_source(self, edges: ArrayLike, new_edges: ArrayLike) -> NDArray[np.int64]:
@@ -221,13 +225,14 @@ class Simplification:
         O(E log e).
         """
         geometry = self._context.geometry
-        old = np.asarray(edges, dtype=np.intp).reshape(-1, 2)
+        old = indices(edges, "edges", "pairs of points", 2, geometry.input_count)
+        new = indices(new_edges, "new_edges", "pairs of positions", 2, len(self.indices))
         return edge_sources(
             geometry.points[geometry.vertex_of],
-            old,
+            old.astype(np.intp),
             self.source[old],
             self.indices,
-            np.asarray(new_edges, dtype=np.intp).reshape(-1, 2),
+            new.astype(np.intp),
         )
 
     @cached_property
@@ -257,13 +262,17 @@ class Simplification:
         )
 
     def errors_steps(self) -> Rests[Errors]:
-        """Measure the report's errors, with rests."""
-        original, simplified = self._surfaces()
-        yield
-        return (yield from compare_steps(original, simplified, workers=self._context.workers))
+        """Measure the report's errors, with rests, or return them if they have been measured."""
+        if not self._measured:
+            original, simplified = self._surfaces()
+            yield
+            steps = measure_steps(original, simplified, workers=self._context.workers)
+            errors = yield from steps
+            self._measured.append(errors.scaled(1 - int(np.frexp(self._context.geometry.scale)[1])))
+        return self._measured[0]
 
     def largest_error(self) -> Rests[float]:
-        """Measure only the report's ``errors.surface.max``, with rests."""
+        """Measure only ``errors.surface.max``, with rests, in the unit of the clean geometry."""
         original, simplified = self._surfaces()
         yield
         steps = distances(original.points, simplified, workers=self._context.workers)
@@ -271,14 +280,14 @@ class Simplification:
         return float(to_surface.max(initial=0.0))
 
     def _surfaces(self) -> tuple[Surface, Surface]:
-        """Return what errors lie between: in the input's unit, about the clean vertices' centre."""
+        """Return what errors lie between, in the unit of the clean geometry."""
         context, geometry = self._context, self._context.geometry
-        points = geometry.points / geometry.scale
         vertex = geometry.vertex_of[self.indices]
-        kept, normals = points[vertex], context.normals
+        points, normals = geometry.points, context.normals
+        kept = points[vertex]
         none = np.empty((0, 3), dtype=np.intp)
         if self.positions is not None:
-            kept = self.positions - geometry.centre
+            kept = (self.positions - geometry.centre) * geometry.scale
         if self.faces is None:
             return Surface(points, none, normals), Surface(kept, none, normals[vertex])
         return Surface(points, geometry.faces), Surface(kept, self.faces)

@@ -84,7 +84,7 @@ def deviating(deviation: Floats, threshold: float, counting: str) -> Floats:
     """
     if counting == "step" or threshold == 0.0:
         return (deviation > threshold).astype(np.float64)
-    return np.minimum(deviation / threshold, 1.0)
+    return np.minimum(deviation, threshold) / threshold
 
 
 def entropy(probability: Floats) -> Floats:
@@ -220,6 +220,6 @@ def _pass(
 
 def _oriented(frames: Frames, parameters: Parameters) -> NDArray[np.bool_]:
     """Return where the sign of a normal counts in (3.2)."""
-    if parameters.angle == "auto":
+    if parameters.angle in ("auto", "oriented"):
         return frames.oriented
-    return np.full(len(frames.normals), parameters.angle == "oriented")
+    return np.zeros(len(frames.normals), dtype=bool)

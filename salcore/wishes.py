@@ -8,8 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .arrays import corner_values, indices, real_numbers
 from .errors import GeometryError
 from .geometry import Floats, Geometry
+
+LARGEST = 1e100
+"""Largest importance: its products with all other weights stay far from the largest double."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,8 +48,8 @@ class Wishes:
             If an array cannot be understood.
         """
         return cls(
-            _of_vertices(geometry, protect, "protect").astype(bool),
-            _of_vertices(geometry, importance, "importance"),
+            _of_vertices(geometry, protect, "protect", 1.0).astype(bool),
+            _of_vertices(geometry, importance, "importance", LARGEST),
             _edges(geometry, seams),
         )
 
@@ -55,19 +59,24 @@ class Wishes:
         return self.protect.tobytes(), self.importance.tobytes(), self.seams.tobytes()
 
 
-def _of_vertices(geometry: Geometry, values: ArrayLike | None, name: str) -> Floats:
+def _of_vertices(geometry: Geometry, values: ArrayLike | None, name: str, largest: float) -> Floats:
     """Return the largest of one value a point over each vertex; zero for None."""
     result = np.zeros(len(geometry.points))
     if values is None:
         return result
-    array = np.asarray(values, dtype=np.float64)
+    array = real_numbers(values, name, "one value a point")
     if array.shape != (geometry.input_count,):
         raise GeometryError(
             f"{name} of shape {array.shape}: give one value for each of the "
             f"{geometry.input_count} points"
         )
-    if not np.isfinite(array).all() or (array < 0).any():
-        raise GeometryError(f"{name}: give finite values of at least 0")
+    bad = ~((array >= 0.0) & (array <= largest))
+    if name == "protect":
+        bad |= (array != 0.0) & (array != 1.0)
+    if bad.any():
+        first = int(np.argmax(bad))
+        kind = "True or False" if name == "protect" else f"numbers from 0 to {largest:g}"
+        raise GeometryError(f"{name}: {array[first]:g} is the value of point {first}; give {kind}")
     valid = geometry.vertex_of >= 0
     np.maximum.at(result, geometry.vertex_of[valid], array[valid])
     return result
@@ -75,16 +84,7 @@ def _of_vertices(geometry: Geometry, values: ArrayLike | None, name: str) -> Flo
 
 def _edges(geometry: Geometry, seams: ArrayLike | None) -> NDArray[np.int32]:
     """Return edges (s, 2) between vertices; those of dropped or equal points are left out."""
-    array = np.asarray([] if seams is None else seams)
-    if array.size == 0:
-        return np.empty((0, 2), dtype=np.int32)
-    if array.ndim != 2 or array.shape[1] != 2 or array.dtype.kind not in "iu":
-        raise GeometryError(
-            f"seams of shape {array.shape} and type {array.dtype}: give pairs of point numbers as "
-            "an array of integers of shape (S, 2)"
-        )
-    if array.min() < 0 or array.max() >= geometry.input_count:
-        raise GeometryError(f"seams: give numbers of points, from 0 to {geometry.input_count - 1}")
+    array = indices(seams, "seams", "pairs of points", 2, geometry.input_count)
     ends = geometry.vertex_of[array.astype(np.intp)]
     good = (ends >= 0).all(axis=1) & (ends[:, 0] != ends[:, 1])
     edges: NDArray[np.int32] = ends[good].astype(np.int32)
@@ -112,27 +112,28 @@ def find_seams(faces: ArrayLike, values: ArrayLike) -> NDArray[np.int64]:
 
     Notes
     -----
-    O(F log F). Values differ that are further apart than 1e-6 of their range.
+    O(F log F). Values differ that are further apart than 1e-6 of their range;
+    those that are not finite count as zero.
     """
-    corners = np.asarray(faces, dtype=np.int64)
-    chart = np.asarray(values, dtype=np.float64)
-    if corners.ndim != 2 or corners.shape[1] != 3 or chart.shape[:2] != corners.shape:
-        raise GeometryError(
-            f"faces of shape {corners.shape} and values of shape {chart.shape}: give (F, 3) and "
-            "(F, 3, d)"
-        )
+    corners = indices(faces, "faces", "triangles", 3, np.iinfo(np.int32).max).astype(np.int64)
+    chart = corner_values(values, "values", corners.shape)
     if not corners.size:
         return np.empty((0, 2), dtype=np.int64)
-    chart = chart.reshape(*corners.shape, -1)
-    near = 1e-6 * np.ptp(chart.reshape(corners.size, -1), axis=0)
-    start, end = corners.T, np.roll(corners.T, -1, axis=0)
-    here, there = chart.transpose(1, 0, 2), np.roll(chart.transpose(1, 0, 2), -1, axis=0)
-    swap = (start > end)[..., None]
-    ends = np.concatenate([np.where(swap, there, here), np.where(swap, here, there)], axis=2)
+    flat = chart.reshape(corners.size, -1)
+    near = 1e-6 * np.ptp(flat, axis=0)
+    # A side is numbered by the corner it starts at.
+    start = np.arange(corners.size)
+    end = start.reshape(-1, 3)[:, [1, 2, 0]].ravel()
+    here, there = corners.ravel(), corners.ravel()[end]
+    low, high = np.where(here < there, start, end), np.where(here < there, end, start)
     count = int(corners.max()) + 1
-    key = (np.minimum(start, end) * count + np.maximum(start, end)).ravel()
-    order = np.argsort(key, kind="stable")
-    key, ends = key[order], ends.reshape(len(order), -1)[order]
-    differ = (np.abs(ends[1:] - ends[:-1]) > np.tile(near, 2)).any(axis=1)
-    seams = np.unique(key[1:][(key[1:] == key[:-1]) & differ])
+    key = np.minimum(here, there) * count + np.maximum(here, there)
+    order = np.argsort(key)
+    key = key[order]
+    again = np.flatnonzero(key[1:] == key[:-1])
+    one, other = order[again], order[again + 1]
+    differ = np.zeros(len(again), dtype=bool)
+    for corner in (low, high):
+        differ |= (np.abs(flat[corner[one]] - flat[corner[other]]) > near).any(axis=1)
+    seams = np.unique(key[again[differ]])
     return np.column_stack(np.divmod(seams, count))

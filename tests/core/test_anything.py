@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from shapes import bumpy, cube_cloud, grid, hull_mesh, sphere_cloud, torus, turned
+from strategies import any_parameters, targets
 
 import salcore
 
@@ -55,29 +56,6 @@ def draw_geometry(seed):
     if with_normals:
         normals = rng.normal(size=points.shape) * (rng.random((len(points), 1)) < 0.8)
     return points, faces, normals
-
-
-def values_of(row):
-    """Return a strategy of values of one parameter; big numbers only where they cost nothing."""
-    if row.type is str:
-        return st.sampled_from(row.choices)
-    if row.type is bool:
-        return st.booleans()
-    if row.name == "max_gap":
-        return st.sampled_from([1, 2, 64])
-    if row.type is int:
-        return st.integers(int(row.minimum), int(min(row.maximum, row.minimum + 3)))
-    return st.floats(row.minimum, row.maximum).map(lambda value: round(value, 6))
-
-
-any_parameters = st.builds(
-    salcore.Parameters, **{row.name: values_of(row) for row in salcore.TABLE}
-)
-targets = st.one_of(
-    st.tuples(st.just("alpha"), st.floats(0, 1000)),
-    st.tuples(st.just("ratio"), st.floats(0, 1)),
-    st.tuples(st.just("max_error"), st.floats(0, 2)),
-)
 
 
 @settings(max_examples=150, deadline=None, derandomize=True)

@@ -99,10 +99,11 @@ def test_report_is_json():
 
 CORE = Path(salcore.__file__).parent
 ORDER = [
-    "errors", "parameters", "blocks", "progress", "sorting", "geometry", "rows", "planes", "graph",
-    "frames", "patches", "saliency", "regions", "coverage", "interest", "metrics", "triangles",
-    "quadrics", "costs", "collapse", "pairs", "progressive", "surface", "levels", "wishes",
-    "targets", "ranking", "provenance", "result", "pipeline", "__init__",
+    "errors", "parameter", "parameters", "memory", "arrays", "blocks", "progress", "sorting",
+    "geometry", "rows", "planes", "graph", "frames", "patches", "saliency",
+    "regions", "coverage", "interest", "metrics", "triangles", "quadrics", "costs", "collapse",
+    "pairs", "progressive", "surface", "levels", "wishes", "targets",
+    "ranking", "provenance", "result", "pipeline", "__init__",
 ]  # fmt: skip
 
 

@@ -39,7 +39,7 @@ def test_seams_are_found():
     assert {tuple(edge) for edge in seams.tolist()} == {e for e, s in sides.items() if len(s) == 2}
     assert len(salcore.find_seams(faces, points[faces])) == 0
     assert salcore.find_seams(np.empty((0, 3), int), np.empty((0, 3, 2))).shape == (0, 2)
-    with pytest.raises(salcore.GeometryError, match=r"give \(F, 3\)"):
+    with pytest.raises(salcore.GeometryError, match=r"give values of corners of shape"):
         salcore.find_seams(faces, charts[:-1])
 
 
@@ -113,8 +113,8 @@ def test_seams_are_checked():
     points, faces, _ = split_grid()
     analysis = salcore.analyze(points, faces)
     for seams, message in (
-        ([[0, len(points)]], "give numbers of points"),
-        ([[-1, 0]], "give numbers of points"),
+        ([[0, len(points)]], "is out of range .* give indices from 0"),
+        ([[-1, 0]], "index -1 is out of range"),
         ([0, 1], r"shape \(2,\)"),
         ([[0.5, 1.0]], "integers"),
     ):
