@@ -186,7 +186,8 @@ def _attribute(mesh_set: Any, values: NDArray[Any], name: str) -> str:
     """Add a custom attribute to the current layer and return its name.
 
     A mesh's own arrays cannot be set; filters can compute them from an attribute. An attribute
-    can be neither changed nor removed, so a second one gets a number.
+    can be neither changed nor removed, so a second one gets a number. MeshLab saves none to a
+    file: they take memory as long as the layer lives, and nothing else.
     """
     mesh = mesh_set.current_mesh()
     number, free = 1, name

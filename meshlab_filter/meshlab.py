@@ -54,12 +54,10 @@ def save(mesh_set: Any, path: Path, known: Path, **options: Any) -> None:
         with _quiet():
             mesh_set.save_current_mesh(str(path.resolve()), **options)
     except (pymeshlab.PyMeshLabException, RuntimeError) as error:
+        _check_space(path, known)
         text = _one_line(error, path)
-        if "stream error" in text.lower() or _is_full(path.parent):
-            raise OSError(f"{known}: not written to the end; the disk may be full") from error
         raise FileError(f"{known}: {text}; choose another format, such as .ply") from error
-    if _is_full(path.parent):
-        raise OSError(f"{known}: could not be written to the end; the disk is full")
+    _check_space(path, known)
 
 
 def save_project(mesh_set: Any, path: Path, known: Path) -> None:
@@ -76,8 +74,9 @@ def save_project(mesh_set: Any, path: Path, known: Path) -> None:
             mesh_set.save_project(str(path.resolve()))
     except (pymeshlab.PyMeshLabException, RuntimeError) as error:
         raise OSError(f"{known}: {_one_line(error, path)}") from error
-    if not path.is_file() or not path.stat().st_size or _is_full(path.parent):
-        raise OSError(f"{known}: could not be written; the disk may be full")
+    _check_space(path, known)
+    if not path.is_file():
+        raise OSError(f"{known}: could not be written")
 
 
 @contextmanager
@@ -97,12 +96,19 @@ def _quiet() -> Iterator[None]:
         yield
 
 
-def _is_full(folder: Path) -> bool:
-    """Whether no space is left: some writers do not notice."""
-    if not hasattr(os, "statvfs"):
-        return False
-    state = os.statvfs(folder)
-    return state.f_blocks > 0 and state.f_bfree == 0
+def _check_space(path: Path, known: Path) -> None:
+    """Raise an OSError if a file that was written could not grow: some writers do not notice."""
+    if not path.is_file():
+        return
+    size = path.stat().st_size
+    try:
+        with path.open("ab") as file:
+            file.write(bytes(65536))
+            file.flush()
+            os.fsync(file.fileno())
+        os.truncate(path, size)
+    except OSError as error:
+        raise OSError(f"{known}: not written to the end ({error.strerror})") from error
 
 
 def _one_line(error: Exception, path: Path) -> str:

@@ -112,10 +112,19 @@ def _follow(child: int, news: int, stops: list[int], stopped: list[int]) -> int:
     if code >= 0:
         return code
     if stopped or -code in STOPS:
-        print("\nsalient-simplify: interrupted: no partial file was left", file=sys.stderr)
+        _say("interrupted: no partial file was left")
         return 128 + (stopped[0] if stopped else -code)
-    what = f"compiled code crashed ({signal.Signals(-code).name}); the input may be damaged"
+    what = (
+        f"compiled code crashed ({signal.Signals(-code).name}): the input may be damaged, "
+        "or the disk full"
+    )
     if -code == signal.SIGKILL:
         what = "the system ended the work, most likely for want of memory"
-    print(f"\nsalient-simplify: error: {what}; no partial file was left", file=sys.stderr)
+    _say(f"error: {what}; no partial file was left")
     return FAILURE
+
+
+def _say(message: str) -> None:
+    """Print one line on standard error, below what a progress bar left."""
+    start = "\n" if sys.stderr.isatty() else ""
+    print(f"{start}salient-simplify: {message}", file=sys.stderr)
