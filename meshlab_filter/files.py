@@ -38,6 +38,8 @@ def load(path: Path, warn: Warn = silent) -> Any:
     """
     if not os.path.lexists(path):
         raise FileError(f"{path}: no such file")
+    if path.is_symlink() and not path.exists():
+        raise FileError(f"{path}: is a link that leads nowhere")
     if path.is_dir():
         raise FileError(f"{path}: is a folder; name a mesh file or a MeshLab project")
     if not path.is_file():

@@ -114,7 +114,9 @@ def _gather(apart: Path, folder: Path, name: str, prefix: str, taken: Collection
 def _write_project(mesh_set: Any, project: Path, known: Path, names: dict[int, str]) -> None:
     """Write the project itself, which refers to the files of these names."""
     meshlab.save_project(mesh_set, project, known)
-    tree = ElementTree.parse(project)
+    # MeshLab writes labels as they are; control characters have no place in XML.
+    text = re.sub(r"[\x00-\x08\x0b\x0c\x0e-\x1f]", "?", project.read_text(encoding="utf-8"))
+    tree = ElementTree.fromstring(text)
     for element, mesh in zip(tree.iter("MLMesh"), mesh_set, strict=True):
         element.set("filename", names[mesh.id()])
         # MeshLab writes six digits, too few for a scan in map coordinates.
@@ -125,11 +127,12 @@ def _write_project(mesh_set: Any, project: Path, known: Path, names: dict[int, s
     for plane in tree.iter("Plane"):
         picture = (project.parent.resolve() / plane.get("fileName", "")).resolve()
         plane.set("fileName", Path(os.path.relpath(picture, known.parent.resolve())).as_posix())
-    text = ElementTree.tostring(tree.getroot(), encoding="unicode")
+    text = ElementTree.tostring(tree, encoding="unicode")
     project.write_text(f"<!DOCTYPE MeshLabDocument>\n{text}\n", encoding="utf-8")
 
 
 def _layer_file(project: Path, mesh: Any) -> str:
     """Return the name of a layer's file: project, number and label, without odd characters."""
+    name = re.sub(r"[\x00-\x1f]", "_", project.stem)
     label = re.sub(r"[^\w.-]+", "_", Path(mesh.label()).stem) or "layer"
-    return f"{project.stem}_{mesh.id()}_{label}.ply"
+    return f"{name}_{mesh.id()}_{label}.ply"

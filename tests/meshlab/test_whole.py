@@ -101,7 +101,7 @@ def test_killed_at_any_moment(scene, what, number):
     for existing in (False, True):
         before = {}
         if existing:
-            before = {name: b"precious" for name in names}
+            before = dict.fromkeys(names, b"precious")
             for name, content in before.items():
                 (out / name).write_bytes(content)
         process = start(scene, *arguments, "--force")
