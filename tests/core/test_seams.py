@@ -122,3 +122,13 @@ def test_seams_are_checked():
             analysis.simplify(ratio=0.5, seams=seams)
     # What is no edge does no harm.
     assert len(analysis.simplify(count=9, seams=[[0, len(points) - 1], [3, 3]]).indices) == 9
+
+
+def test_a_texture_of_single_triangles_has_no_seams():
+    points, faces = torus(40, 20)
+    charts = np.tile([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]], (len(faces), 1, 1))
+    seams = salcore.find_seams(faces, charts)
+    assert len(seams) > 1000
+    analysis = salcore.analyze(points, faces)
+    free, held = analysis.simplify(ratio=0.2), analysis.simplify(ratio=0.2, seams=seams)
+    np.testing.assert_array_equal(free.indices, held.indices)
