@@ -32,7 +32,7 @@ def check_whole(path: Path) -> None:
     ------
     FileError
     """
-    for part in (path, *_parts(path)):
+    for part in (path, *mesh_files(path)):
         size = part.stat().st_size if part.is_file() else None
         if size == 0:
             raise FileError(f"{part}: is empty")
@@ -76,11 +76,11 @@ def _ply_header(path: Path) -> bytes:
 
 def home(source: Path, number: int) -> Path:
     """Return the folder of a mesh file, or of the file of a project's layer."""
-    parts = _parts(source)
+    parts = mesh_files(source)
     return (parts[number] if number < len(parts) else source).parent
 
 
-def _parts(path: Path) -> list[Path]:
+def mesh_files(path: Path) -> list[Path]:
     """Return the mesh files that a project refers to, in the order of its layers."""
     if path.suffix.lower() != PROJECT:
         return []

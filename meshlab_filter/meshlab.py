@@ -12,7 +12,7 @@ from typing import Any
 import pymeshlab
 
 from .errors import FileError
-from .headers import PROJECT
+from .headers import PROJECT, mesh_files
 
 
 class UnknownFormatError(FileError):
@@ -39,7 +39,24 @@ def load(path: Path) -> Any:
         raise kind(f"{path}: {text}") from error
     if not mesh_set.mesh_number():
         raise FileError(f"{path}: holds no mesh")
+    _mend_textures(mesh_set, path)
     return mesh_set
+
+
+def _mend_textures(mesh_set: Any, path: Path) -> None:
+    """Give layers of a project the textures of their own folders.
+
+    MeshLab takes those of the project's folder if there are any of the same names. Only a mesh
+    with a single texture can be given another.
+    """
+    current = mesh_set.current_mesh_id()
+    for mesh, part in zip(mesh_set, mesh_files(path), strict=False):
+        for name in mesh.textures() if mesh.texture_number() == 1 else ():
+            right, taken = part.parent / name, path.parent / name
+            if right.is_file() and taken.is_file() and not right.samefile(taken):
+                mesh_set.set_current_mesh(mesh.id())
+                mesh_set.set_texture_per_mesh(textname=str(right.resolve()))
+    mesh_set.set_current_mesh(current)
 
 
 def save(mesh_set: Any, path: Path, known: Path, **options: Any) -> None:

@@ -6,7 +6,8 @@ from __future__ import annotations
 import os
 import re
 import shutil
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -56,18 +57,28 @@ def save_project(
     everybodys = set().union(*kept.values())
     with staging(path) as folder:
         for number, name in names.items():
-            mesh_set.set_current_mesh(number)
-            label = mesh_set.current_mesh().label()
             apart = folder / f"layer {number}"
             apart.mkdir()
             only = like if number == current else None
-            save_layer(mesh_set, apart / name, path.parent / name, only)
+            with _current(mesh_set, number):
+                save_layer(mesh_set, apart / name, path.parent / name, only)
             taken = everybodys - kept[number]
             _gather(apart, folder, name, f"{path.stem}_{number}_", taken)
-            mesh_set.current_mesh().set_label(label)
-        mesh_set.set_current_mesh(current)
         _write_project(mesh_set, folder / path.name, path, names)
         publish(folder, path, force=force, kept=everybodys)
+
+
+@contextmanager
+def _current(mesh_set: Any, number: int) -> Iterator[None]:
+    """Make a layer current for a while, and keep its label, which saving changes."""
+    before = mesh_set.current_mesh_id()
+    mesh_set.set_current_mesh(number)
+    label = mesh_set.current_mesh().label()
+    try:
+        yield
+    finally:
+        mesh_set.current_mesh().set_label(label)
+        mesh_set.set_current_mesh(before)
 
 
 def _textures_at_home(
@@ -134,5 +145,5 @@ def _write_project(mesh_set: Any, project: Path, known: Path, names: dict[int, s
 def _layer_file(project: Path, mesh: Any) -> str:
     """Return the name of a layer's file: project, number and label, without odd characters."""
     name = re.sub(r"[\x00-\x1f]", "_", project.stem)
-    label = re.sub(r"[^\w.-]+", "_", Path(mesh.label()).stem) or "layer"
+    label = re.sub(r"[^\w.-]+", "_", Path(mesh.label()).stem)[:60] or "layer"
     return f"{name}_{mesh.id()}_{label}.ply"

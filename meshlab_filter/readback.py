@@ -86,10 +86,11 @@ def _check_rounding(
 
 def _lost(mesh: Any, again: Any, like: Any) -> list[str]:
     """Return what `mesh` and `like` have and the file does not give back."""
+    # Colours may come back with five bits each, as STL has them.
     parts: dict[str, tuple[str, str, float]] = {
-        "colours": ("has_vertex_color", "vertex_color_matrix", 0.01),
+        "colours": ("has_vertex_color", "vertex_color_matrix", 0.04),
         "quality": ("has_vertex_scalar", "vertex_scalar_array", 1e-5),
-        "colours of faces": ("has_face_color", "face_color_matrix", 0.01),
+        "colours of faces": ("has_face_color", "face_color_matrix", 0.04),
         "quality of faces": ("has_face_scalar", "face_scalar_array", 1e-5),
         "texture coordinates": ("has_wedge_tex_coord", "wedge_tex_coord_matrix", 1e-4),
         "texture coordinates of points": ("has_vertex_tex_coord", "vertex_tex_coord_matrix", 1e-4),

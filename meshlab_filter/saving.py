@@ -24,6 +24,8 @@ OPTIONAL = {
     "has_face_scalar": ("save_face_quality", {".ply"}),
 }
 """Components that can be left out of a file: the option that does, and the formats that take it."""
+WITHOUT_TEXTURES = {".stl", ".off", ".xyz", ".e57", ".ctm", ".dxf"}
+"""Formats that refer to no textures, which MeshLab would nevertheless write beside them."""
 
 
 def save_mesh(
@@ -78,10 +80,12 @@ def save_layer(mesh_set: Any, path: Path, known: Path, like: Any = None) -> None
             options[option] = False
     # MeshLab writes colours before normals into OFF files and reads them the other way round.
     mixed = ending == ".off" and (like or mesh).has_vertex_color()
-    if ending in NORMALS and not mixed and mesh.vertex_normal_matrix().any():
-        options["save_vertex_normal"] = True
+    if ending in NORMALS and (mixed or mesh.vertex_normal_matrix().any()):
+        options["save_vertex_normal"] = not mixed
     if ending == ".ply" and mesh.vertex_selection_array().any():
         options["save_vertex_flag"] = True
+    if ending in WITHOUT_TEXTURES:
+        options["save_textures"] = False
     meshlab.save(mesh_set, path, known, **options)
 
 
