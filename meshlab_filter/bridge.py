@@ -80,16 +80,22 @@ def add_simplified(
     attributes = {key: mesh.vertex_custom_scalar_attribute_array(key)[indices] for key in custom}
     matrix, textures = mesh.transform_matrix(), {} if faces is None else mesh.textures()
     # An attribute added to a mesh before it joins the set crashes the next filter.
+    before = mesh_set.current_mesh_id()
     mesh_set.add_mesh(pymeshlab.Mesh(points, **arrays), name)
-    for key, values in attributes.items():
-        mesh_set.current_mesh().add_vertex_custom_scalar_attribute(values, key)
-    if selected.any():
-        set_selection(mesh_set, selected)
-    if not np.array_equal(matrix, np.eye(4)):
-        mesh_set.set_matrix(transformmatrix=matrix, freeze=False)
-    if len(textures) == 1:
-        _use_first_texture(mesh_set)
-        set_texture(mesh_set, *next(iter(textures.items())))
+    try:
+        for key, values in attributes.items():
+            mesh_set.current_mesh().add_vertex_custom_scalar_attribute(values, key)
+        if selected.any():
+            set_selection(mesh_set, selected)
+        if not np.array_equal(matrix, np.eye(4)):
+            mesh_set.set_matrix(transformmatrix=matrix, freeze=False)
+        if len(textures) == 1:
+            _use_first_texture(mesh_set)
+            set_texture(mesh_set, *next(iter(textures.items())))
+    except BaseException:
+        mesh_set.delete_current_mesh()
+        mesh_set.set_current_mesh(before)
+        raise
 
 
 def _vertex_arrays(mesh: Any, indices: NDArray[np.integer]) -> dict[str, Any]:

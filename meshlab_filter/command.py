@@ -43,6 +43,8 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         options.run(options)
         sys.stdout.flush()
+    except salcore.MemoryLimitError as error:
+        return _fail(FAILURE, str(error))
     except (salcore.SalcoreError, pymeshlab.PyMeshLabException) as error:
         return _fail(MISTAKE, str(error))
     except BrokenPipeError:
@@ -50,7 +52,8 @@ def main(arguments: list[str] | None = None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return FAILURE
     except OSError as error:
-        return _fail(FAILURE, str(error))
+        name = "" if error.filename is None else f"{error.filename}: "
+        return _fail(FAILURE, f"{name}{error.strerror}" if error.strerror else str(error))
     except MemoryError:
         return _fail(FAILURE, "there is not enough memory for this file")
     except KeyboardInterrupt:

@@ -57,7 +57,10 @@ def run(folder: Path, progress: filters.Callback | None = None) -> dict[str, Any
     For each scan: `NAME_saliency.ply`, `NAME_regions.ply` and `NAME_simplified.ply`; for both
     `demo.png` and `report.json`. Existing files of these names are overwritten.
     """
-    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except (FileExistsError, NotADirectoryError) as error:
+        raise FileError(f"{folder}: is a file, or in one; name a folder") from error
     reports, rows = {}, []
     for name, file in SCANS.items():
         mesh_set = files.load(sample(file))

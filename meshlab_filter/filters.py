@@ -263,7 +263,7 @@ def meshing_decimation_by_saliency(
     coordinates. Seams of the texture stay as lines, unless `keepseams` is False: then more of the
     shape is kept, but faces reach across seams. A mesh with several textures keeps its
     coordinates, not the textures. pymeshlab cannot exchange a layer's mesh, so the layer gets a new
-    number; its label and matrix stay.
+    number and comes last; its label and matrix stay.
 
     Returns
     -------

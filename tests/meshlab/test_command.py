@@ -222,8 +222,10 @@ def test_ctrl_c_leaves_nothing(tmp_path):
         cwd=tmp_path,
         stderr=subprocess.PIPE,
         text=True,
+        # a shell lets jobs in the background, as these tests may be, not hear it
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
     )
-    time.sleep(4.0)  # reading takes one second, the the rest some twenty
+    time.sleep(4.0)  # reading takes one second, the rest some twenty
     process.send_signal(signal.SIGINT)
     _, message = process.communicate(timeout=120)
     assert process.returncode == 130

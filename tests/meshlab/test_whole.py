@@ -22,12 +22,17 @@ from meshlab_filter.projects import save_project
 COMMAND = [sys.executable, "-m", "meshlab_filter"]
 
 
-def start(folder, *arguments, **options):
+def hear_ctrl_c():
+    """Undo what a shell does to jobs in the background, as these tests may be one."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def start(folder, *arguments, before=hear_ctrl_c):
     """Start the command in a session of its own, so that its processes can be waited for."""
     return subprocess.Popen(
         [*COMMAND, *map(str, arguments)],
         cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
-        start_new_session=True, **options,
+        start_new_session=True, preexec_fn=before,
     )  # fmt: skip
 
 
@@ -159,7 +164,7 @@ def test_a_full_disk(tmp_path, ending):
 
     process = start(
         tmp_path, "simplify", demo.sample("bone.ply"), output, "--ratio", 0.9, "--force",
-        preexec_fn=limit,
+        before=limit,
     )  # fmt: skip
     said = wait_for_session(process)
     assert process.returncode == 1
