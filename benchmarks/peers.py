@@ -147,8 +147,9 @@ def brief(row: Row) -> str:
     for reason in ("left out", "missing", "unreachable"):
         if reason in row:
             return f"{head} {reason}: {row[reason]}" if row[reason] else f"{head} needs faces"
-    surface = row.get("mesh") or row.get("rebuilt") or {"rms": float("nan")}
-    return f"{head} {row.get('points', 0):7} {row['seconds']:8.3f} s  rms {surface['rms']:.4f} %"
+    surface = row.get("mesh") or row.get("rebuilt")
+    error = f"{row['points']:7} points  rms {surface['rms']:.4f} %" if surface else ""
+    return f"{head} {row['seconds']:8.3f} s  {error}"
 
 
 def same(row: Row) -> tuple:
