@@ -4,7 +4,7 @@
 import io
 import sys
 
-from .watch import watch
+from .watch import FAILURE, watch
 
 
 def main() -> int:
@@ -16,8 +16,15 @@ def _work() -> int:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):  # a terminal may lack letters of a file's name
             stream.reconfigure(errors="backslashreplace")
-    from .command import main as command  # numpy and pymeshlab take their time
-
+    try:
+        from .command import main as command  # numpy and pymeshlab take their time
+    except ImportError as error:
+        print(
+            f"salient-simplify: error: {error}; the command needs what is installed by "
+            "pip install 'salient-simplify[meshlab]'",
+            file=sys.stderr,
+        )
+        return FAILURE
     return command()
 
 

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pymeshlab
@@ -232,6 +233,18 @@ def test_ctrl_c_leaves_nothing(tmp_path):
     assert "interrupted: no partial file was left" in message
     assert "Traceback" not in message
     assert os.listdir(tmp_path) == []
+
+
+def test_libraries_that_are_not_installed_are_named():
+    root = Path(__file__).parents[2]
+    done = subprocess.run(
+        [sys.executable, "-S", "-m", "meshlab_filter", "--version"],  # without installed packages
+        cwd=root, env={}, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 1
+    assert "No module named 'numpy'" in done.stderr
+    assert "pip install 'salient-simplify[meshlab]'" in done.stderr
+    assert len(done.stderr.splitlines()) == 1
 
 
 def test_demo(tmp_path):
