@@ -39,6 +39,7 @@ def picture(figure: Figure, path: Path) -> None:
     """Write a picture in few colours, which keeps it small."""
     from PIL import Image
 
+    figure.get_layout_engine().set(h_pad=0.1)
     figure.savefig(path, dpi=90)
     plt.close(figure)
     Image.open(path).convert("RGB").quantize(128, Image.Quantize.MAXCOVERAGE).save(
