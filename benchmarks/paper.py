@@ -193,7 +193,8 @@ FIGURE_15 = """## Figure 15: noise
 Gaussian noise in all three coordinates, its standard deviation in per cent of the diagonal. *Of the
 clean set kept*: the share of the points kept without noise that are kept with it; *by chance*: what
 a random choice of as many would give; *beyond chance*: 0 where it is no better, 1 where it is the
-same set, empty where more than 93 % are kept, of which nothing can be said. Δ is from the noisy points to those kept of them.
+same set, empty where more than 93 % are kept, of which nothing can be said. Δ is from the noisy
+points to those kept of them.
 
 ![Counts and sets under noise](figure_15.svg)
 
