@@ -81,8 +81,8 @@ def build_graph(geometry: Geometry, parameters: Parameters) -> Steps[Graph]:
     Notes
     -----
     Surface graphs take O(n log n) time and about 250 bytes a point. The 3D Delaunay triangulation
-    takes some 25 microseconds and 2 kB a point; where the points span no volume there is none, and
-    the stars take its place.
+    takes some 25 microseconds and 2 kB a point; where there is none, because the points span no
+    volume or qhull cannot tell them apart, the stars take its place.
     """
     points, count = geometry.points, len(geometry.points)
     normals: Floats | None = None
@@ -91,7 +91,7 @@ def build_graph(geometry: Geometry, parameters: Parameters) -> Steps[Graph]:
         yield 0.0
         try:
             edges = _delaunay_edges(points)
-        except QhullError:
+        except (QhullError, MemoryError):  # which qhull says of points too close to each other
             stars_instead, _ = yield from _build_stars(points, parameters)
             edges = yield from _edges(stars_instead)
     elif len(geometry.faces):
@@ -163,7 +163,7 @@ def _symmetric(edges: Edges, count: int, workers: int) -> Rests[sparse.csr_array
 
 def _widen(matrix: sparse.csr_array, level: int) -> Rests[sparse.csr_array]:
     """Return the graph that joins vertices up to `level` edges apart."""
-    if level == 1:
+    if level == 1 or not matrix.shape[0]:
         return matrix
     step = sparse.csr_array(matrix.astype(bool))
     reach = step

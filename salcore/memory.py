@@ -12,9 +12,13 @@ from typing import Any
 from .errors import MemoryLimitError
 from .parameters import TARGETS, Parameters, checked
 
-POINT, TRIANGLE, NEIGHBOR, EDGE, CELL_POINT = 350, 280, 9, 24, 1700
-"""Bytes: of a point; of a triangle, also where a cloud's are only sought; of a nearest neighbour
-among which a star is sought; of an edge of a wide graph; of a point in a 3D triangulation."""
+# Bytes, fitted to measured peaks of the analysis and of the elimination, of which one is larger.
+POINT, FACE, NEIGHBOR, EDGE, CELLS = 140, 185, 12, 40, 1900
+"""Analysis: of a point, of a face, of a nearest point of a cloud among which its star is sought, of
+a neighbour in the graph, and of a point of a 3D triangulation."""
+LEFT, TRIANGLE, GIVEN, KEPT_NEIGHBOR, KEPT_EDGE = 280, 280, 100, 6, 16
+"""Elimination: of a point, of a triangle (two a point on a cloud), of a given face, and what the
+analysis holds of nearest points and of neighbours."""
 
 
 def estimated_memory(points: int, faces: int = 0, parameters: Parameters | None = None) -> int:
@@ -34,31 +38,31 @@ def estimated_memory(points: int, faces: int = 0, parameters: Parameters | None 
 
     Notes
     -----
-    A formula fitted to measured peaks, mostly within a third of them: `POINT` bytes a point;
-    `TRIANGLE` bytes a face, of which a cloud has two a point; `NEIGHBOR` bytes a point for each of
-    `Parameters.neighbors` on a cloud; `EDGE` bytes for each of the 3 k (k + 1) neighbours that a
-    point has at level k; `CELL_POINT` bytes a point for ``graph="delaunay"``, where a point has
-    2.5 times as many neighbours.
-
-    Measuring the errors for a report takes up to a quarter more on a mesh.
+    The larger of two sums. Analysis: 140 bytes a point, 185 a face, 12 a point for each of
+    `Parameters.neighbors` on a cloud, 40 for each neighbour in the graph, of which a point has
+    about 4 k (k + 1) - 2 at level k; with ``graph="delaunay"`` 1900 more a point and 2.4 times as
+    many neighbours. Elimination: 280 bytes a point and 280 a triangle, of which a cloud has two a
+    point, 100 a face, 6 a nearest point and 16 a neighbour. Within a third of what was measured
+    on scans; then measuring the errors for a report takes up to a quarter more on a mesh.
 
     Examples
     --------
     >>> import salcore
     >>> salcore.estimated_memory(1_000_000) // 10**6
-    1198
+    1032
     """
     parameters = checked(parameters)
     points, faces = (_count(value, name) for value, name in ((points, "points"), (faces, "faces")))
     rings = parameters.level
-    edges = 3 * rings * (rings + 1)
-    total = POINT * points + TRIANGLE * max(faces, 2 * points)
+    edges = 4 * rings * (rings + 1) - 2
+    nearest = 0 if faces else parameters.neighbors
+    analysis = points * (POINT + NEIGHBOR * nearest) + faces * FACE
     if parameters.graph == "delaunay":
-        total += CELL_POINT * points
-        edges = int(2.5 * edges)
-    elif not faces:
-        total += NEIGHBOR * parameters.neighbors * points
-    return total + EDGE * edges * points
+        analysis += points * CELLS
+        edges = int(2.4 * edges)
+    elimination = points * (LEFT + KEPT_NEIGHBOR * nearest + KEPT_EDGE * edges)
+    elimination += TRIANGLE * max(faces, 2 * points) + GIVEN * faces
+    return max(analysis + points * EDGE * edges, elimination)
 
 
 def _count(value: Any, name: str) -> int:

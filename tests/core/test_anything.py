@@ -100,6 +100,16 @@ def test_few_points_at_every_level(count, level):
             assert 1 <= len(result.indices) <= count
 
 
+@pytest.mark.parametrize("level", [1, 2, 8])
+@pytest.mark.parametrize("graph", ["surface", "delaunay"])
+def test_no_points_at_every_level(level, graph):
+    parameters = salcore.Parameters(level=level, graph=graph)
+    for target in ({"alpha": 1}, {"ratio": 0.5}, {"max_error": 0.1}):
+        result = salcore.simplify(np.zeros((0, 3)), [], parameters=parameters, **target)
+        assert (len(result.indices), len(result.source)) == (0, 0)
+        json.dumps(result.report.as_dict(), allow_nan=False)
+
+
 def test_nothing_but_invalid_points():
     analysis = salcore.analyze(np.full((6, 3), np.nan), [[0, 1, 2]], np.ones((6, 3)))
     result = analysis.simplify(alpha=0)

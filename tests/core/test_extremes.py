@@ -199,3 +199,12 @@ def test_errors_are_measured_once():
     errors = finish(result.errors_steps())
     assert finish(result.errors_steps()) is errors
     assert result.report.errors is errors
+
+
+def test_twins_that_qhull_takes_for_a_lack_of_memory():
+    rng = np.random.default_rng(0)
+    for seed in range(100):
+        points = turned(np.repeat(rng.random((3, 3)), 2, axis=0), seed)
+        points[::2] += 1e-14
+        result = salcore.simplify(points, alpha=0, parameters=P.preset("paper"))
+        assert (result.source >= 0).all()
