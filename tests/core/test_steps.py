@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-from shapes import bumpy, torus
+from shapes import bumpy, grid, torus
 
 import salcore
 from salcore import sorting, triangles
@@ -84,7 +84,7 @@ def test_an_analysis_closed_at_any_yield_leaves_nothing(kind):
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("target", TARGETS, ids=lambda target: next(iter(target)))
-def test_a_simplification_closed_at_any_yield_leaves_nothing(kind, target):
+def test_a_simplification_closed_at_many_yields_leaves_nothing(kind, target):
     parameters = salcore.Parameters(placement="optimal")
     analysis = salcore.analyze(*scene(kind, 48), parameters=parameters)
     expected = dataclasses.replace(analysis).simplify(**target)
@@ -95,6 +95,69 @@ def test_a_simplification_closed_at_any_yield_leaves_nothing(kind, target):
         if fresh.rounds == ():
             closed_after(fresh.simplify_steps(**target), stop)
     assert same(fresh.simplify(**target), expected)
+
+
+def tiny_scene(kind):
+    """Return a scene so small that every single yield can be tried."""
+    points, faces = grid(2, 3)
+    points[4, 2] = 0.5
+    if kind == "cloud":
+        return bumpy(6), None
+    return (points, faces) if kind == "mesh" else (np.concatenate([points, bumpy(2)]), faces)
+
+
+# The search for an error runs the same cuts again and again: one kind is enough for it.
+@pytest.mark.parametrize(
+    ("kind", "target"),
+    [(kind, target) for kind in KINDS for target in TARGETS
+     if kind == "cloud" or "max_error" not in target],
+)  # fmt: skip
+def test_work_cancelled_at_every_yield_leaves_nothing(kind, target):
+    parameters = salcore.Parameters(placement="optimal", workers=1)
+    points, faces = tiny_scene(kind)
+    seen = []
+    expected = salcore.simplify(
+        points, faces, parameters=parameters, **target, progress=lambda *at: seen.append(at)
+    )
+    first = len(list(salcore.analysis_steps(points, faces, parameters=parameters)))
+    # One analysis for all: whatever a closed run leaves behind would stay until the end.
+    analysis = salcore.analyze(points, faces, parameters=parameters)
+    for stop in range(len(seen)):
+        if stop < first:
+            left = [False] + [True] * stop  # popped from its end
+            with pytest.raises(salcore.Cancelled, match=f"during {seen[stop][0]}"):
+                salcore.simplify(
+                    points, faces, parameters=parameters, **target,
+                    progress=lambda *_, n=left: n.pop(),
+                )  # fmt: skip
+        else:
+            if analysis.rounds != ():  # the order of elimination is made: forget it
+                assert same(analysis.simplify(**target), expected)
+                analysis = dataclasses.replace(analysis)
+            closed_after(analysis.simplify_steps(**target), stop - first + 1)
+    assert same(analysis.simplify(**target), expected)
+    assert same(salcore.simplify(points, faces, parameters=parameters, **target), expected)
+
+
+def test_rankings_and_errors_closed_at_every_yield_leave_nothing():
+    analysis = salcore.analyze(*tiny_scene("cloud"), parameters=salcore.Parameters(workers=1))
+    expected = run(dataclasses.replace(analysis).ranking_steps())
+    for stop in range(1, 1 + len(list(dataclasses.replace(analysis).ranking_steps()))):
+        closed_after(analysis.ranking_steps(), stop)
+    assert (run(analysis.ranking_steps()).rank == expected.rank).all()
+    errors = analysis.simplify(ratio=0.3).report.errors
+    for stop in range(1, 1 + len(list(analysis.simplify(ratio=0.3).errors_steps()))):
+        result = analysis.simplify(ratio=0.3)
+        closed_after(result.errors_steps(), stop)
+        assert finish(result.errors_steps()) == errors
+
+
+@pytest.mark.parametrize("stop", range(0, 40, 3))
+def test_other_wishes_cancelled_leave_the_order_of_the_first(stop):
+    analysis = salcore.analyze(bumpy(40))
+    expected = analysis.simplify(ratio=0.3)
+    closed_after(analysis.simplify_steps(ratio=0.3, importance=np.arange(40.0)), stop)
+    assert same(analysis.simplify(ratio=0.3), expected)
 
 
 def test_no_thread_outlives_a_stage_that_is_closed():
