@@ -134,9 +134,8 @@ def test_outputs_that_cannot_be_written(run, tmp_path):
 @pytest.mark.parametrize(
     "name",
     [
-        "two words", "石像 süß", "quo'te\"s", "-x", "--force", "%s%d%n", "{0}", "new\nline",
-        "$HOME", "a;touch pwned", "`touch pwned`", "$(touch pwned)", "..", "back\\slash",
-        "\x1b[31mred", "*",
+        "石像 süß", "quo'te\"s", "--force", "%s%d{0}", "new\nline", "..", "back\\slash",
+        "$(touch pwned);touch pwned", "\x1b[31mred",
     ],
 )  # fmt: skip
 def test_names(run, tmp_path, monkeypatch, name):
@@ -204,7 +203,5 @@ def test_values_that_the_reader_leaves_out_are_told(run, tmp_path):
 
 
 def test_a_scan_that_comes_along_says_nothing(run, tmp_path):
-    for name in ("bone.ply", "bunny10k_textured.obj"):
-        output = tmp_path / f"o{name[-4:]}"
-        assert run("simplify", demo.sample(name), output, "--ratio", "0.5", "--quiet") == ""
-        assert run("simplify", demo.sample(name), output, "--ratio", "0.5", "--force") == ""
+    output = tmp_path / "o.obj"
+    assert run("simplify", demo.sample("bunny10k_textured.obj"), output, "--ratio", "0.5") == ""
