@@ -43,7 +43,8 @@ def close_gaps(
     Notes
     -----
     The added points are a maximal independent set (Luby, SIAM J. Comput. 15(4), 1986), found in
-    O(log n) rounds; priorities are scrambled vertex numbers, so the result is deterministic.
+    O(log n) rounds; priorities are scrambled vertex numbers, so the result is deterministic, but
+    another order of the points adds others.
     """
     added = np.zeros(len(kept), dtype=bool)
     if max_gap:

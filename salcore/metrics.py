@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import cKDTree
 
-from .arrays import real_numbers
+from .arrays import indices, real_numbers
 from .blocks import BLOCK, rest_blocks
 from .errors import GeometryError
 from .geometry import Floats, Indices, box_frame, clean, unit
@@ -153,17 +153,9 @@ def compare(original: Surface, simplified: Surface, *, workers: int = 0) -> Erro
 
 def compare_steps(original: Surface, simplified: Surface, *, workers: int = 0) -> Rests[Errors]:
     """Rest between the parts of the work, and return what `compare` returns."""
-    surfaces = {"original": original, "simplified": simplified}
-    for name, surface in surfaces.items():
-        if not isinstance(surface, Surface):
-            raise GeometryError(
-                f"{name} of type {type(surface).__name__}: give a Surface, as make_surface returns"
-            )
-        if not np.isfinite(surface.points).all():
-            raise GeometryError(
-                f"{name}: points are NaN or infinite; make_surface(...) leaves them out"
-            )
-    for name, surface in surfaces.items():
+    workers = Parameters(workers=workers).workers
+    original, simplified = _known(original, "original"), _known(simplified, "simplified")
+    for name, surface in (("original", original), ("simplified", simplified)):
         if not len(surface.points) and (len(original.points) or len(simplified.points)):
             raise GeometryError(f"{name}: it has no valid points; there is nothing to measure to")
     yield
@@ -179,6 +171,28 @@ def compare_steps(original: Surface, simplified: Surface, *, workers: int = 0) -
 
     steps = measure_steps(framed(original), framed(simplified), workers=workers)
     return (yield from steps).scaled(first + second)
+
+
+def _known(surface: Surface, name: str) -> Surface:
+    """Return a surface whose arrays are what they should be."""
+    if not isinstance(surface, Surface):
+        raise GeometryError(
+            f"{name} of type {type(surface).__name__}: give a Surface, as make_surface returns"
+        )
+    points = real_numbers(surface.points, f"{name}.points", "an array of shape (n, 3)")
+    normals = surface.normals
+    if normals is not None:
+        normals = real_numbers(normals, f"{name}.normals", "an array of shape (n, 3)")
+    for array in (points, points if normals is None else normals):
+        if array.shape != (len(points) if array.ndim else 0, 3):
+            shape = f"points or normals of shape {array.shape}"
+            raise GeometryError(f"{name}: {shape}; give arrays of shape (n, 3)")
+        if not np.isfinite(array).all():
+            raise GeometryError(
+                f"{name}: points are NaN or infinite, or normals; make_surface(...) sees to them"
+            )
+    faces = indices(surface.faces, f"{name}.faces", "triangles", 3, len(points))
+    return Surface(points, faces.astype(np.intp), normals)
 
 
 def measure_steps(original: Surface, simplified: Surface, *, workers: int = 0) -> Rests[Errors]:

@@ -134,6 +134,9 @@ class Analysis:
         -----
         The order of elimination is worked out once and kept, unless `protect`, `importance` or
         `seams` change; every further count is a cut through it, in O(n).
+
+        Results depend on nothing but the input. The order of its points decides ties: which points
+        a coverage guard adds (`Parameters.max_gap`), and a lattice's diagonals.
         """
         steps = self.simplify_steps(protect=protect, importance=importance, seams=seams, **target)
         return run(steps, progress)

@@ -197,10 +197,12 @@ class Simplification:
         given = indices(faces, "faces", "triangles", 3, len(vertex_of))
         if int(self.face_source.max(initial=-1)) >= len(given):
             raise GeometryError(f"faces: {len(given)} of them; give all that were analysed")
+        vertices = vertex_of[self.indices]
+        wanted = vertices[self.faces]
+        if (vertices[self.source[given[self.face_source]]] != wanted).any():
+            raise GeometryError("faces: they are not those that were analysed; give the same array")
         values = None if charts is None else corner_values(charts, "charts", given.shape)
-        return corner_sources(
-            vertex_of[given], vertex_of[self.indices[self.faces]], self.face_source, values
-        )
+        return corner_sources(vertex_of[given], wanted, self.face_source, values)
 
     def edge_source(self, edges: ArrayLike, new_edges: ArrayLike) -> NDArray[np.int64]:
         """Return the input edge (e,) that each edge of the result takes its values from.

@@ -91,7 +91,27 @@ ARRAYS = {
         lambda: salcore.compare(
             salcore.make_surface(CLOUD), salcore.Surface(np.full((2, 3), np.nan), np.empty((0, 3)))
         ),
-        "simplified: points are NaN or infinite; make_surface",
+        "simplified: points are NaN or infinite, .*make_surface",
+    ),
+    "a surface of words": (
+        lambda: salcore.compare(salcore.Surface("x", []), salcore.make_surface(CLOUD)),
+        "original.points of type <U1",
+    ),
+    "a surface of a line": (
+        lambda: salcore.compare(salcore.Surface(np.ones(3), []), salcore.make_surface(CLOUD)),
+        r"original: points or normals of shape \(3,\)",
+    ),
+    "a surface of too few normals": (
+        lambda: salcore.compare(salcore.Surface(CLOUD, [], CLOUD[:3]), salcore.make_surface(CLOUD)),
+        r"original: points or normals of shape \(3, 3\)",
+    ),
+    "a surface of far faces": (
+        lambda: salcore.compare(salcore.make_surface(CLOUD), salcore.Surface(CLOUD, [[0, 1, 30]])),
+        "simplified.faces: index 30",
+    ),
+    "other faces": (
+        lambda: mesh_result().corner_source(TORUS[1][::-1]),
+        "faces: .* not those that were analy",
     ),
     "the largest doubles": (
         lambda: salcore.analyze(np.array([[-1.7e308] * 3, [1.7e308] * 3])),
@@ -130,6 +150,12 @@ PARAMETERS = {
     "target too large": (lambda: simplify(ratio=None, count=31), "count=31: there are 30 valid"),
     "two targets": (lambda: simplify(alpha=1), "2 targets given"),
     "unknown target": (lambda: simplify(ratio=None, rate=0.5), "no target 'rate': give one of"),
+    "workers": (
+        lambda: salcore.compare(
+            salcore.make_surface(CLOUD), salcore.make_surface(CLOUD), workers=np.ones(2)
+        ),
+        "workers=array.*: give a whole number",
+    ),
     "progress a number": (lambda: simplify(progress=3), "progress of type int: give a function"),
 }
 
