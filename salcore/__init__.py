@@ -5,12 +5,13 @@ Geometry goes in, indices come out: nothing is moved, rounded or lost, and hosts
 attributes. See `analyze`, `simplify` and `Parameters`.
 """
 
+from .analysis import Analysis
 from .errors import Cancelled, GeometryError, MemoryLimitError, ParameterError, SalcoreError
 from .memory import estimated_memory
 from .metrics import Deviation, Errors, Surface, compare, compare_steps, make_surface
 from .parameter import Parameter
 from .parameters import PRESETS, TABLE, TARGETS, Parameters
-from .pipeline import Analysis, analysis_steps, analyze, simplify
+from .pipeline import analysis_steps, analyze, simplify
 from .progress import Progress, run
 from .ranking import Ranking
 from .result import Report, Simplification

@@ -147,6 +147,16 @@ def compare(original: Surface, simplified: Surface, *, workers: int = 0) -> Erro
     Notes
     -----
     Distances are taken from the points, not from samples of the faces. O(n log n) time.
+
+    Examples
+    --------
+    >>> import salcore
+    >>> square = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
+    >>> roof = salcore.make_surface([*square, [0.5, 0.5, 0.2]])
+    >>> flat = salcore.make_surface(square, [[0, 1, 2], [0, 2, 3]])
+    >>> errors = salcore.compare(roof, flat)
+    >>> round(errors.surface.max, 6), round(errors.surface.mean, 6)
+    (0.2, 0.04)
     """
     return finish(compare_steps(original, simplified, workers=workers))
 

@@ -282,7 +282,17 @@ class Parameters:
 
     @classmethod
     def preset(cls, name: str) -> Parameters:
-        """Return the preset "default" or "paper" (the formulas as printed; see docs/method.md)."""
+        """Return the preset "default" or "paper" (the formulas as printed; see docs/method.md).
+
+        Examples
+        --------
+        >>> import dataclasses, salcore
+        >>> paper = salcore.Parameters.preset("paper")
+        >>> paper.tolerance, salcore.Parameters().tolerance
+        (0.00874, 0.08)
+        >>> dataclasses.replace(paper, cells=4).cells
+        4
+        """
         if not isinstance(name, str) or name not in PRESETS:
             raise ParameterError(f"preset={shown(name)}: choose one of {', '.join(PRESETS)}")
         return cls(**{row.name: getattr(row, name) for row in TABLE})

@@ -114,6 +114,16 @@ def find_seams(faces: ArrayLike, values: ArrayLike) -> NDArray[np.int64]:
     -----
     O(F log F). Values differ that are further apart than 1e-6 of their range;
     those that are not finite count as zero.
+
+    Examples
+    --------
+    Two triangles along an edge from point 1 to point 2, whose texture lies in two places:
+
+    >>> import salcore
+    >>> faces = [[0, 1, 2], [3, 2, 1]]
+    >>> uv = [[[0, 0], [1, 0], [0, 1]], [[9, 9], [8, 9], [9, 8]]]
+    >>> salcore.find_seams(faces, uv).tolist()
+    [[1, 2]]
     """
     corners = indices(faces, "faces", "triangles", 3, np.iinfo(np.int32).max).astype(np.int64)
     chart = corner_values(values, "values", corners.shape)
