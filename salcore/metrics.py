@@ -205,10 +205,19 @@ def _known(surface: Surface, name: str) -> Surface:
     return Surface(points, faces.astype(np.intp), normals)
 
 
-def measure_steps(original: Surface, simplified: Surface, *, workers: int = 0) -> Rests[Errors]:
-    """Do the work of `compare` on surfaces of about the size one, with rests."""
+def measure_steps(
+    original: Surface, simplified: Surface, *, subset: bool = False, workers: int = 0
+) -> Rests[Errors]:
+    """Do the work of `compare` on surfaces of about the size one, with rests.
+
+    With `subset` the simplified points are some of the original ones, so that there is nothing to
+    measure on the way back.
+    """
     there_point, there_surface = yield from distances(original.points, simplified, workers=workers)
-    back_point, back_surface = yield from distances(simplified.points, original, workers=workers)
+    back_point = back_surface = np.zeros(len(simplified.points))
+    if not subset:
+        back = yield from distances(simplified.points, original, workers=workers)
+        back_point, back_surface = back
     box = np.ptp(original.points, axis=0) if len(original.points) else np.zeros(3)
     return Errors(
         Deviation.of(there_point),
@@ -346,7 +355,7 @@ def surface_distances_steps(
             block = slice(start, stop)
             best[block] = _refine(queries[block], best[block], *group)
 
-        yield from rest_blocks(kernel, len(queries), workers=workers, size=BLOCK // 4)
+        yield from rest_blocks(kernel, len(queries), workers=workers, size=BLOCK // 2)
     return best
 
 

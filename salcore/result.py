@@ -268,7 +268,8 @@ class Simplification:
         if not self._measured:
             original, simplified = self._surfaces()
             yield
-            steps = measure_steps(original, simplified, workers=self._context.workers)
+            subset, workers = self.positions is None, self._context.workers
+            steps = measure_steps(original, simplified, subset=subset, workers=workers)
             errors = yield from steps
             self._measured.append(errors.scaled(1 - int(np.frexp(self._context.geometry.scale)[1])))
         return self._measured[0]
