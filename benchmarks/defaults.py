@@ -21,7 +21,7 @@ from scipy.sparse.csgraph import dijkstra
 from scipy.stats import spearmanr
 
 import salcore
-from salcore.metrics import surface_distances
+from salcore.distances import surface_distances
 from salcore.planes import vertex_normals
 
 DEFAULT = salcore.Parameters()

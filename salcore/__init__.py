@@ -6,9 +6,10 @@ attributes. See `analyze`, `simplify` and `Parameters`.
 """
 
 from .analysis import Analysis
+from .distances import Surface
 from .errors import Cancelled, GeometryError, MemoryLimitError, ParameterError, SalcoreError
 from .memory import estimated_memory
-from .metrics import Deviation, Errors, Surface, compare, compare_steps, make_surface
+from .metrics import Deviation, Errors, compare, compare_steps, make_surface
 from .parameter import Parameter
 from .parameters import PRESETS, TABLE, TARGETS, Parameters
 from .pipeline import analysis_steps, analyze, simplify

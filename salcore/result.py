@@ -12,10 +12,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .arrays import corner_values, indices
+from .distances import Surface, distances
 from .errors import GeometryError
 from .geometry import Floats, Geometry, Indices
 from .interest import Interest
-from .metrics import Errors, Surface, distances, measure_steps
+from .metrics import Errors, measure_steps
 from .progress import Rests, finish
 from .provenance import corner_sources, edge_sources
 

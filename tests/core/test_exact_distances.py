@@ -6,7 +6,7 @@ import pytest
 from shapes import bumpy, grid, hull_mesh, sphere_cloud, torus
 
 import salcore
-from salcore.metrics import distances, triangle_distances
+from salcore.distances import distances, triangle_distances
 from salcore.progress import finish
 
 STEPS = 48

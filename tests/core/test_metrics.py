@@ -7,7 +7,7 @@ from models import load_model
 from shapes import grid, sphere_cloud, torus
 
 import salcore
-from salcore.metrics import distances, triangle_distances
+from salcore.distances import distances, triangle_distances
 from salcore.progress import finish
 
 

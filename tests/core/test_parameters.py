@@ -101,8 +101,8 @@ CORE = Path(salcore.__file__).parent
 ORDER = [
     "errors", "parameter", "parameters", "memory", "arrays", "blocks", "progress", "sorting",
     "geometry", "rows", "planes", "graph", "frames", "patches", "saliency",
-    "regions", "coverage", "interest", "metrics", "triangles", "quadrics", "costs", "collapse",
-    "pairs", "progressive", "surface", "levels", "wishes", "targets",
+    "regions", "coverage", "interest", "distances", "metrics", "triangles", "quadrics", "costs",
+    "collapse", "pairs", "progressive", "surface", "levels", "wishes", "targets",
     "ranking", "provenance", "result", "analysis", "pipeline", "__init__",
 ]  # fmt: skip
 
