@@ -49,6 +49,24 @@ if HAS_BPY:
     bpy.ops.preferences.addon_enable(module=NAME)
 
 
+_STATUS = [0]
+
+
+def pytest_sessionfinish(session, exitstatus):
+    """Remember how the tests went."""
+    _STATUS[0] = int(exitstatus)
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_unconfigure(config):
+    """Leave without bpy's own end, which now and then waits for ever for one of its threads."""
+    if HAS_BPY:
+        _USER.cleanup()
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(_STATUS[0])
+
+
 @pytest.fixture(scope="session")
 def extension():
     """Return the enabled extension's package."""
