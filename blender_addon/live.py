@@ -20,6 +20,7 @@ from . import attributes, bridge, properties, sources
 from .attributes import Layer
 from .operators import Worker
 from .salcore import Progress, Ranking
+from .salcore.progress import part
 from .sources import Source
 
 RANK, PARENT, ANCESTOR = "salient_rank", "salient_parent", "salient_ancestor"
@@ -57,11 +58,9 @@ class OBJECT_OT_salient_live(Worker, bpy.types.Operator):
         parameters = properties.parameters(self)
 
         def steps(source: Source) -> Generator[Progress, None, Ranking]:
-            analysis = yield from sources.share(
-                0.0, 0.4, sources.analysis_steps(source, parameters)
-            )
+            analysis = yield from part(0.0, 0.4, sources.analysis_steps(source, parameters))
             wishes = sources.wishes(source, self.protect, self.keep_seams)
-            return (yield from sources.share(0.4, 1.0, analysis.ranking_steps(**wishes)))
+            return (yield from part(0.4, 1.0, analysis.ranking_steps(**wishes)))
 
         return (yield from sources.each(found, steps, Source.require_editable))
 

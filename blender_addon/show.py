@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from . import attributes, bridge, properties, sources
 from .attributes import Layer
 from .operators import Worker
-from .salcore import Progress
+from .salcore import Progress, region_colors, saliency_colors
 from .sources import Source
 
 NOT_KEPT = {"SKIP_SAVE"}
@@ -21,12 +21,7 @@ MATERIAL = "Salient Colors"
 GROUP = "Saliency"
 LEVELS = 255
 """Steps of the weights in the vertex group: Blender is told one weight for many at once."""
-RAMP = np.array(
-    [(0.05, 0.1, 0.6), (0.0, 0.55, 0.85), (0.1, 0.7, 0.3), (0.95, 0.8, 0.1), (0.8, 0.08, 0.05)]
-)
-"""Blue to red."""
 INTEREST_COLOR, OTHER_COLOR = (0.9, 0.1, 0.05), (0.35, 0.35, 0.38)
-GOLDEN = 0.618033988749895
 
 
 class Shower(Worker):
@@ -77,20 +72,6 @@ def layers_of(name: str, kind: str, values: NDArray[Any], color: str, rgb: Any) 
     return [Layer(name, kind, "POINT", values), Layer(color, "FLOAT_COLOR", "POINT", rgba)]
 
 
-def ramp(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return colours (n, 3) from blue to red for values in [0, 1]."""
-    places = np.linspace(0.0, 1.0, len(RAMP))
-    return np.column_stack([np.interp(values, places, RAMP[:, k]) for k in range(3)])
-
-
-def region_colors(labels: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Return a colour (n, 3) for every region: hues a golden section apart."""
-    hue = (labels * GOLDEN) % 1.0
-    light = np.where(labels % 2 == 0, 0.75, 0.45)
-    wheel = np.abs((hue[:, None] * 6.0 + np.array([0.0, 4.0, 2.0])) % 6.0 - 3.0) - 1.0
-    return light[:, None] * (0.25 + 0.75 * np.clip(wheel, 0.0, 1.0))
-
-
 class OBJECT_OT_salient_show_saliency(Shower, bpy.types.Operator):
     """Store the saliency of every point, also as a vertex group, and show it in colour"""
 
@@ -103,7 +84,7 @@ class OBJECT_OT_salient_show_saliency(Shower, bpy.types.Operator):
         """Return saliency, blue to red."""
         analysis = yield from sources.analysis_steps(source, properties.parameters(self))
         saliency = analysis.saliency
-        return layers_of("saliency", "FLOAT", saliency, self.color, ramp(saliency))
+        return layers_of("saliency", "FLOAT", saliency, self.color, saliency_colors(saliency))
 
     def commit(self, context: Any, outcome: list[tuple[Source, list[Layer]]]) -> None:
         """Store also the vertex group that Blender's own modifiers understand."""

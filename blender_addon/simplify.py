@@ -16,7 +16,7 @@ from .bridge import HostError
 from .drawing import draw_output, draw_target
 from .operators import Worker
 from .salcore import Deviation, Progress, Simplification
-from .salcore.progress import staged
+from .salcore.progress import part, staged
 from .sources import Source
 
 NOT_KEPT = {"SKIP_SAVE"}
@@ -134,7 +134,7 @@ class OBJECT_OT_salient_levels(Worker, bpy.types.Operator):
                 )
                 begin = 0.0 if k == 0 else 0.9 + 0.1 * k / len(ratios)
                 end = 0.9 + 0.1 * (k + 1) / len(ratios)
-                done.append((yield from sources.share(begin, end, steps)))
+                done.append((yield from part(begin, end, steps)))
             return done
 
         return (yield from sources.each(find_sources(self, context), levels))

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from . import analyses, bridge, topology
 from .bridge import HostError
 from .salcore import Analysis, Parameters, Progress, Simplification
+from .salcore.progress import part
 
 
 @dataclass
@@ -143,21 +144,9 @@ def simplification_steps(
     keep_seams: bool = True,
 ) -> Generator[Progress, None, Simplification]:
     """Yield progress and return the simplification of a source."""
-    analysis = yield from share(0.0, 0.4, analysis_steps(source, parameters))
+    analysis = yield from part(0.0, 0.4, analysis_steps(source, parameters))
     steps = analysis.simplify_steps(**wishes(source, protect, keep_seams), **target)
-    return (yield from share(0.4, 1.0, steps))
-
-
-def share(
-    begin: float, end: float, steps: Generator[Progress, None, Any]
-) -> Generator[Progress, None, Any]:
-    """Yield progress as a part of a longer work, and return what it returns."""
-    while True:
-        try:
-            at = next(steps)
-        except StopIteration as stop:
-            return stop.value
-        yield Progress(at.stage, begin + (end - begin) * at.fraction)
+    return (yield from part(0.4, 1.0, steps))
 
 
 def each(
@@ -173,7 +162,7 @@ def each(
             for source in sources:
                 check(source)
         for k, source in enumerate(sources):
-            steps = share(k / len(sources), (k + 1) / len(sources), steps_of(source))
+            steps = part(k / len(sources), (k + 1) / len(sources), steps_of(source))
             result = yield from steps
             results.append((source, result))
     except BaseException:

@@ -22,8 +22,6 @@ from PIL import Image
 from scipy.ndimage import gaussian_filter
 
 import salcore
-from meshlab_filter.filters import region_colors
-from meshlab_filter.picture import saliency_colors
 
 COLUMNS, ROWS = 220, 110
 PICTURES = FOLDER / "parameters"
@@ -94,9 +92,9 @@ def panel(row: salcore.Parameter, value: Any, axis: Any) -> None:
     light, kind = shade(points), MAPS.get(row.group, "kept")
     title = f"{row.name} = {value}"
     if kind == "saliency":
-        axis.imshow(image(light, saliency_colors(analysis.saliency)), origin="lower")
+        axis.imshow(image(light, salcore.saliency_colors(analysis.saliency)), origin="lower")
     elif kind == "regions":
-        axis.imshow(image(light, region_colors(analysis.regions)), origin="lower")
+        axis.imshow(image(light, salcore.region_colors(analysis.regions)), origin="lower")
         title += f": {analysis.segmentation.count:,} regions"
     else:
         result = analysis.simplify(**target)

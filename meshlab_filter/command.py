@@ -24,7 +24,7 @@ from .errors import FileError
 from .figures import error_figures, figures
 from .headers import PROJECT
 from .options import MISTAKE, chosen, make_parser
-from .picture import Panel, check_picture, saliency_colors, save_picture
+from .picture import Panel, check_picture, save_picture
 from .projects import save_project
 from .saving import save_mesh
 from .staging import write_text
@@ -223,7 +223,7 @@ def _wishes(mesh: Any, options: argparse.Namespace) -> dict[str, Any]:
 def _saliency(options: argparse.Namespace) -> None:
     mesh_set = _open(options)
     arrays, analysis = _analyze(mesh_set, options)
-    colors = saliency_colors(analysis.saliency)
+    colors = salcore.saliency_colors(analysis.saliency)
     bridge.set_scalar(mesh_set, analysis.saliency, "saliency")
     bridge.set_colors(mesh_set, colors)
     _write(mesh_set, options, mesh_set.current_mesh())
@@ -233,7 +233,7 @@ def _saliency(options: argparse.Namespace) -> None:
 def _regions(options: argparse.Namespace) -> None:
     mesh_set = _open(options)
     arrays, analysis = _analyze(mesh_set, options)
-    colors = filters.region_colors(analysis.regions)
+    colors = salcore.region_colors(analysis.regions)
     bridge.set_scalar(mesh_set, analysis.regions, "region")
     bridge.set_colors(mesh_set, colors)
     _write(mesh_set, options, mesh_set.current_mesh())

@@ -13,7 +13,7 @@ import salcore
 
 from . import bridge, files, filters
 from .errors import FileError
-from .picture import Panel, saliency_colors, save_picture
+from .picture import Panel, save_picture
 from .saving import save_mesh
 from .staging import write_text
 
@@ -36,12 +36,12 @@ def panels(
 ) -> list[Panel]:
     """Return original, saliency, regions and kept points, side by side."""
     normals, report = analysis.normals, result.report
-    salient = saliency_colors(analysis.saliency)
+    salient = salcore.saliency_colors(analysis.saliency)
     shape = (points, faces, normals)
     return [
         Panel(f"{name}: {report.points_before:,} points", *shape),
         Panel("saliency", *shape, salient),
-        Panel(f"{report.regions:,} regions", *shape, filters.region_colors(analysis.regions)),
+        Panel(f"{report.regions:,} regions", *shape, salcore.region_colors(analysis.regions)),
         Panel(
             f"kept: {report.points_after:,} points ({1 - report.rate:.0%})",
             *shape,
@@ -70,13 +70,13 @@ def run(folder: Path, progress: filters.Callback | None = None) -> dict[str, Any
         reports[name] = result.report.as_dict()
         rows.append(panels(name, points, faces, analysis, result))
         bridge.set_scalar(mesh_set, analysis.saliency, "saliency")
-        bridge.set_colors(mesh_set, saliency_colors(analysis.saliency))
+        bridge.set_colors(mesh_set, salcore.saliency_colors(analysis.saliency))
         save_mesh(mesh_set, folder / f"{name}_saliency.ply")
         bridge.add_simplified(mesh_set, mesh_set.current_mesh(), result, name)
         save_mesh(mesh_set, folder / f"{name}_simplified.ply")
         mesh_set.set_current_mesh(0)
         bridge.set_scalar(mesh_set, analysis.regions, "region")
-        bridge.set_colors(mesh_set, filters.region_colors(analysis.regions))
+        bridge.set_colors(mesh_set, salcore.region_colors(analysis.regions))
         save_mesh(mesh_set, folder / f"{name}_regions.ply")
     save_picture(folder / "demo.png", rows)
     write_text(folder / "report.json", json.dumps(reports, indent=2))

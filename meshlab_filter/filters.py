@@ -15,7 +15,6 @@ from typing import Any
 
 import numpy as np
 import pymeshlab
-from numpy.typing import NDArray
 
 import salcore
 
@@ -155,7 +154,7 @@ def compute_scalar_by_saliency_region_per_vertex(
     analysis = _analyze(mesh_set, progress, **parameters)
     bridge.set_scalar(mesh_set, analysis.regions, "region")
     if colorize:
-        bridge.set_colors(mesh_set, region_colors(analysis.regions))
+        bridge.set_colors(mesh_set, salcore.region_colors(analysis.regions))
     return {"regions": analysis.segmentation.count, "seconds": analysis.seconds}
 
 
@@ -307,14 +306,3 @@ def get_simplification_error(
             raise salcore.ParameterError(f"{name}={number!r}: there is no such layer")
         surfaces.append(bridge.surface(mesh_set.mesh(number)))
     return salcore.compare(*surfaces).as_dict()
-
-
-def region_colors(labels: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Return (n, 3) colours in [0, 1]: grey for the largest region, bright ones for the others."""
-    # Steps of the golden ratio spread hues evenly however many there are.
-    hue = (np.maximum(labels, 0) * 0.6180339887498949) % 1.0
-    wheel = np.abs((hue[:, None] * 6.0 + [0.0, 4.0, 2.0]) % 6.0 - 3.0) - 1.0
-    colors: NDArray[np.float64] = 0.25 + 0.7 * np.clip(wheel, 0.0, 1.0)
-    size = np.bincount(labels[labels >= 0], minlength=1)
-    plain = (labels < 0) | (labels == size.argmax())
-    return np.where(plain[:, None], 0.72, colors)

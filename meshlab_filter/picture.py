@@ -46,15 +46,6 @@ class Panel:
     shown: NDArray[Any] | None = None
 
 
-def saliency_colors(saliency: Floats) -> Floats:
-    """Return (n, 3) colours from blue over green and yellow to red, as in figure 6."""
-    stops = np.array(
-        [[0.13, 0.2, 0.62], [0.12, 0.6, 0.85], [0.35, 0.8, 0.4], [0.98, 0.85, 0.2], [0.8, 0.1, 0.1]]
-    )
-    at = np.linspace(0.0, 1.0, len(stops))
-    return np.stack([np.interp(saliency, at, stops[:, k]) for k in range(3)], axis=1)
-
-
 def check_picture(path: Path) -> None:
     """Refuse a picture that cannot be drawn, before any work is done.
 

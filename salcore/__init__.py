@@ -6,6 +6,7 @@ attributes. See `analyze`, `simplify` and `Parameters`.
 """
 
 from .analysis import Analysis
+from .colors import region_colors, saliency_colors
 from .distances import Surface
 from .errors import Cancelled, GeometryError, MemoryLimitError, ParameterError, SalcoreError
 from .memory import estimated_memory
@@ -44,7 +45,9 @@ __all__ = [
     "estimated_memory",
     "find_seams",
     "make_surface",
+    "region_colors",
     "run",
+    "saliency_colors",
     "simplify",
 ]
 

@@ -103,7 +103,7 @@ ORDER = [
     "geometry", "rows", "planes", "graph", "frames", "patches", "saliency",
     "regions", "coverage", "interest", "distances", "metrics", "triangles", "quadrics", "costs",
     "collapse", "pairs", "progressive", "surface", "levels", "wishes", "targets",
-    "ranking", "provenance", "result", "analysis", "pipeline", "__init__",
+    "ranking", "provenance", "result", "analysis", "colors", "pipeline", "__init__",
 ]  # fmt: skip
 
 
