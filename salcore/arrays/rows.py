@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .geometry import Floats
+from .types import Floats
 
 
 def _reduce(ufunc: np.ufunc, values: NDArray[Any], indptr: NDArray[np.integer]) -> Floats:

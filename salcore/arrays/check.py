@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .errors import GeometryError
+from ..errors import GeometryError
 
 LARGEST_VALUE = 1e150
 """Values of corners beyond are cut down to it: squares of differences stay in range."""
