@@ -7,17 +7,16 @@ attributes. See `analyze`, `simplify` and `Parameters`.
 
 from .analysis import Analysis
 from .colors import region_colors, saliency_colors
-from .distances import Surface
+from .decimation.cut import Ranking
 from .errors import Cancelled, GeometryError, MemoryLimitError, ParameterError, SalcoreError
-from .memory import estimated_memory
-from .metrics import Deviation, Errors, compare, compare_steps, make_surface
+from .input.memory import estimated_memory
+from .input.seams import find_seams
+from .measure.distances import Surface
+from .measure.errors import Deviation, Errors, compare, make_surface
 from .parameter import Parameter
 from .parameters import PRESETS, TABLE, TARGETS, Parameters
-from .pipeline import analysis_steps, analyze, simplify
-from .progress import Progress, run
-from .ranking import Ranking
-from .result import Report, Simplification
-from .wishes import find_seams
+from .pipeline import analyze, simplify
+from .simplification import Report, Simplification
 
 __all__ = [
     "PRESETS",
@@ -32,21 +31,17 @@ __all__ = [
     "Parameter",
     "ParameterError",
     "Parameters",
-    "Progress",
     "Ranking",
     "Report",
     "SalcoreError",
     "Simplification",
     "Surface",
-    "analysis_steps",
     "analyze",
     "compare",
-    "compare_steps",
     "estimated_memory",
     "find_seams",
     "make_surface",
     "region_colors",
-    "run",
     "saliency_colors",
     "simplify",
 ]

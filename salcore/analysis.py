@@ -4,29 +4,30 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Generator
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .costs import Weights
-from .frames import Frames
-from .geometry import Floats, Geometry, Indices
-from .graph import Graph
-from .interest import select
-from .levels import cut_faces, living_ancestors, optimal_positions
+from .arrays.blocks import set_workers
+from .arrays.types import Floats, Indices, Mask
+from .decimation.costs import Weights
+from .decimation.cut import Ranking, cut_faces, input_ranking, living_ancestors, optimal_positions
+from .decimation.order import Elimination, eliminate
+from .decimation.surface import GUESSED_BORDER, elimination_surface
+from .decimation.targets import count_for, count_within, one_target
+from .input.constraints import Constraints
+from .input.geometry import Geometry
+from .method.frames import Frames
+from .method.graph import Graph
+from .method.interest import boundary_extremities, select
+from .method.regions import Regions, build_regions
+from .method.saliency import Saliency
 from .parameters import Parameters
-from .progress import Callback, Progress, Rests, run, staged
-from .progressive import Elimination, eliminate
-from .ranking import Ranking, input_ranking
-from .regions import Regions
-from .result import Simplification
-from .saliency import Saliency
-from .surface import GUESSED_BORDER, elimination_surface
-from .targets import count_for, count_within, one_target
-from .wishes import Wishes
+from .progress import Callback, Progress
+from .simplification import Simplification
 
 
 @dataclass(eq=False)
@@ -49,8 +50,10 @@ class Analysis:
     frames : Frames
     saliency_map : Saliency
     segmentation : Regions
+        Worked out when first asked for.
     extremities : (n,) bool
-        Interest points on the regions' boundaries; they do not depend on α.
+        Interest points on the regions' boundaries; they do not depend on α. Worked out when first
+        asked for.
     parameters : Parameters
     seconds : float
         Time the analysis took.
@@ -60,11 +63,21 @@ class Analysis:
     graph: Graph
     frames: Frames
     saliency_map: Saliency
-    segmentation: Regions
-    extremities: NDArray[np.bool_]
     parameters: Parameters
     seconds: float
     _order: _Order = field(init=False, default_factory=_Order, repr=False)
+
+    @cached_property
+    def segmentation(self) -> Regions:
+        with set_workers(self.parameters.workers):
+            return build_regions(
+                self.geometry, self.graph, self.saliency_map.scaled, self.parameters.tolerance
+            )
+
+    @cached_property
+    def extremities(self) -> Mask:
+        angle = self.parameters.collinear_angle
+        return boundary_extremities(self.geometry.points, self.segmentation, angle)
 
     @property
     def saliency(self) -> Floats:
@@ -145,131 +158,135 @@ class Analysis:
         >>> len(light.indices), set(lighter.indices) <= set(light.indices)
         (100, True)
         """
-        steps = self.simplify_steps(protect=protect, importance=importance, seams=seams, **target)
-        return run(steps, progress)
-
-    def simplify_steps(
-        self,
-        *,
-        protect: ArrayLike | None = None,
-        importance: ArrayLike | None = None,
-        seams: ArrayLike | None = None,
-        **target: float | None,
-    ) -> Generator[Progress, None, Simplification]:
-        """Yield progress and return what `simplify` returns; for hosts that work in slices."""
         name, value = one_target(target)
         begun = time.perf_counter()
-        wishes = Wishes.check(self.geometry, protect, importance, seams)
-        if name == "alpha":
-            steps = self._by_threshold(value, wishes.protect, begun)
-            result = yield from staged("Interest points", 0.0, 1.0, steps)
-            yield Progress("Interest points", 1.0)
-            return result
-        elimination = yield from self._eliminate(wishes)
-        available = int(np.count_nonzero(self.geometry.vertex_of >= 0))
-        if name == "max_error":
-            count = yield from self._within_error(elimination, value, int(wishes.protect.sum()))
-        else:
-            count = count_for(name, value, available, int(wishes.protect.sum()))
-        return (yield from staged("Cut", 1.0, 1.0, self._cut(elimination, count, begun)))
+        constraints = Constraints.check(self.geometry, protect, importance, seams)
+        work = Progress(progress)
+        with set_workers(self.parameters.workers):
+            if name == "alpha":
+                return self._by_threshold(value, constraints.protect, begun, work)
+            elimination = self._eliminate(constraints, work.part(0.0, 0.9))
+            available = int(np.count_nonzero(self.geometry.vertex_of >= 0))
+            protected = int(constraints.protect.sum())
+            if name == "max_error":
+                count = self._within_error(elimination, value, protected, work.part(0.9, 1.0))
+            else:
+                count = count_for(name, value, available, protected)
+            work.part(1.0, 1.0, "Cut")
+            return self._cut(elimination, count, begun)
 
-    def ranking_steps(
+    def ranking(
         self,
         *,
         protect: ArrayLike | None = None,
         importance: ArrayLike | None = None,
         seams: ArrayLike | None = None,
-    ) -> Generator[Progress, None, Ranking]:
-        """Yield progress and return the order in which input points go, for any number kept.
+        progress: Callback | None = None,
+    ) -> Ranking:
+        """Return the order in which input points go, for any number kept.
+
+        Parameters
+        ----------
+        protect, importance, seams, progress
+            As in `simplify`.
 
         Examples
         --------
         >>> import numpy as np, salcore
         >>> analysis = salcore.analyze(np.random.default_rng(0).random((500, 3)))
-        >>> ranking = salcore.run(analysis.ranking_steps())
-        >>> kept = np.flatnonzero(ranking.rank < 50)
+        >>> kept = np.flatnonzero(analysis.ranking().rank < 50)
         >>> bool((kept == analysis.simplify(count=50).indices).all())
         True
         """
-        wishes = Wishes.check(self.geometry, protect, importance, seams)
-        elimination = yield from self._eliminate(wishes)
-        yield Progress("Ranking", 1.0)
+        constraints = Constraints.check(self.geometry, protect, importance, seams)
+        work = Progress(progress)
+        with set_workers(self.parameters.workers):
+            elimination = self._eliminate(constraints, work.part(0.0, 0.9))
+        work.part(1.0, 1.0, "Ranking")
         return input_ranking(self.geometry, elimination)
 
     def _by_threshold(
-        self, alpha: float, protect: NDArray[np.bool_], begun: float
-    ) -> Rests[Simplification]:
+        self, alpha: float, protect: Mask, begun: float, work: Progress
+    ) -> Simplification:
         """Keep the paper's interest points."""
-        interest, source = yield from select(
+        work.part(0.0, 0.5, "Regions")
+        keep = self.extremities | protect
+        part = work.part(0.5, 1.0, "Interest points")
+        interest, source = select(
             self.geometry,
             self.graph,
             self.saliency_map.scaled,
             self.segmentation,
-            self.extremities | protect,
+            keep,
             alpha,
             self.parameters,
+            part,
         )
+        part(1.0)
         kept = np.flatnonzero(interest.kept)
-        return self._result(kept, source, begun, interest=interest)
+        regions = self.segmentation.count
+        return self._result(kept, source, begun, interest=interest, regions=regions)
 
-    def _eliminate(self, wishes: Wishes) -> Generator[Progress, None, Elimination]:
-        """Return the order of elimination, the last one if it was made for the same wishes."""
-        if self._order.elimination is None or self._order.key != wishes.key:
-            parameters = self.parameters
-            steps = elimination_surface(self.geometry, self.graph, parameters)
-            faces, links = yield from staged("Surface", 0.0, 0.1, steps)
-            loose = np.ones(len(self.geometry.points), dtype=bool)
-            loose[self.geometry.faces] = False
-            factor = (1.0 + parameters.detail * self.saliency_map.scaled) * (
-                1.0 + wishes.importance
+    def _eliminate(self, constraints: Constraints, work: Progress) -> Elimination:
+        """Return the order of elimination, the last one if it had the same constraints."""
+        if self._order.elimination is None or self._order.key != constraints.key:
+            part = work.part(0.0, 0.1, "Surface")
+            faces, links = elimination_surface(self.geometry, self.graph, self.parameters, part)
+            weights = self._weights(constraints)
+            part = work.part(0.1, 1.0, "Elimination")
+            elimination = eliminate(
+                self.geometry.points, faces, links, weights, constraints.seams, part
             )
-            weights = Weights(
-                factor * (1.0 + parameters.interest_weight * self.extremities),
-                parameters.evenness * loose,
-                loose,
-                wishes.protect,
-                parameters.border_weight * (1.0 if len(self.geometry.faces) else GUESSED_BORDER),
-            )
-            order = eliminate(
-                self.geometry.points, faces, links, weights, parameters.workers, wishes.seams
-            )
-            elimination = yield from staged("Elimination", 0.1, 0.9, order)
-            self._order.key, self._order.elimination = wishes.key, elimination
+            self._order.key, self._order.elimination = constraints.key, elimination
         return self._order.elimination
 
+    def _weights(self, constraints: Constraints) -> Weights:
+        """Return what each removal costs beside its quadric error."""
+        parameters, faces = self.parameters, self.geometry.faces
+        loose = np.ones(len(self.geometry.points), dtype=bool)
+        loose[faces] = False
+        factor = 1.0 + parameters.detail * self.saliency_map.scaled
+        factor *= 1.0 + constraints.importance
+        if parameters.interest_weight:
+            factor *= 1.0 + parameters.interest_weight * self.extremities
+        return Weights(
+            factor,
+            evenness=parameters.evenness * loose,
+            guessed_surface=loose,
+            protected=constraints.protect,
+            border=parameters.border_weight * (1.0 if len(faces) else GUESSED_BORDER),
+        )
+
     def _within_error(
-        self, elimination: Elimination, bound: float, protected: int
-    ) -> Generator[Progress, None, int]:
+        self, elimination: Elimination, bound: float, protected: int, work: Progress
+    ) -> int:
         """Return about the fewest vertices whose measured error is within the bound."""
         geometry = self.geometry
-        unit = geometry.scale if self.parameters.error_unit == "length" else geometry.size
-        bound *= unit
+        in_length = self.parameters.error_unit == "length"
+        bound *= geometry.to_unit if in_length else geometry.unit_diagonal
         order = np.empty_like(elimination.rank)
         order[elimination.rank] = np.arange(len(order))
         estimate = np.append(np.inf, elimination.error[order][:-1])
+        part = work.part(0.0, 1.0, "Error")
 
-        def measure(count: int) -> Rests[float]:
-            cut = yield from self._cut(elimination, count, 0.0)
-            return (yield from cut.largest_error())
+        def measure(count: int) -> float:
+            return self._cut(elimination, count, 0.0).largest_error()
 
-        steps = count_within(bound, estimate, measure, max(protected, 1))
-        return (yield from staged("Error", 0.9, 1.0, steps))
+        return count_within(bound, estimate, measure, max(protected, 1), part)
 
-    def _cut(self, elimination: Elimination, count: int, begun: float) -> Rests[Simplification]:
+    def _cut(self, elimination: Elimination, count: int, begun: float) -> Simplification:
         """Return the simplification to the first `count` ranks, and then to duplicates."""
-        geometry, workers = self.geometry, self.parameters.workers
-        source = yield from living_ancestors(elimination, count)
-        yield
+        geometry = self.geometry
+        source = living_ancestors(elimination, count)
         kept = np.flatnonzero(elimination.rank < count)
         faces = left = positions = None
         if len(geometry.faces):
-            faces, left = yield from cut_faces(geometry.faces, source, workers)
-        if faces is not None and self.parameters.placement == "optimal":
-            weight = self.parameters.border_weight
-            positions = yield from optimal_positions(
-                geometry.points, geometry.faces, weight, source, faces, workers
-            )
-        yield
+            faces, left = cut_faces(geometry.faces, source)
+            if self.parameters.placement == "optimal":
+                weight = self.parameters.border_weight
+                positions = optimal_positions(
+                    geometry.points, geometry.faces, weight, source, faces
+                )
         return self._result(
             kept,
             source,
@@ -281,16 +298,21 @@ class Analysis:
         )
 
     def _result(
-        self, kept: Indices, source: Indices, begun: float, *, copies: int = 0, **others: Any
+        self,
+        kept: Indices,
+        source: Indices,
+        begun: float,
+        *,
+        regions: int | None = None,
+        **others: Any,
     ) -> Simplification:
-        """Bring kept vertices, and so many copies welded to them, into the input's numbers."""
+        """Translate a selection of vertices into a result over input points."""
         return Simplification.of_vertices(
             self.geometry,
             kept,
             source,
-            copies=copies,
             normals=self.frames.normals,
-            regions=self.segmentation.count,
+            regions=regions,
             workers=self.parameters.workers,
             seconds_analysis=self.seconds,
             seconds=time.perf_counter() - begun,

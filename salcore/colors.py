@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from .geometry import Floats
+from .arrays.types import Floats
 
 
 def saliency_colors(saliency: Floats) -> Floats:

@@ -4,21 +4,20 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Generator
 
 from numpy.typing import ArrayLike
 
 from .analysis import Analysis
-from .frames import build_frames
-from .geometry import clean_steps
-from .graph import build_graph
-from .interest import segment_steps
-from .memory import check_memory
+from .arrays.blocks import set_workers
+from .decimation.targets import one_target
+from .input.geometry import clean
+from .input.memory import check_memory
+from .method.frames import build_frames
+from .method.graph import build_graph
+from .method.saliency import build_saliency
 from .parameters import Parameters, checked
-from .progress import Callback, Progress, part, run, staged
-from .result import Simplification
-from .saliency import build_saliency
-from .targets import one_target
+from .progress import Callback, Progress
+from .simplification import Simplification
 
 ANALYSIS_SHARE = 0.4  # of the time that an analysis and an elimination take
 
@@ -31,7 +30,7 @@ def analyze(
     *,
     progress: Callback | None = None,
 ) -> Analysis:
-    """Analyse a point cloud or a triangle mesh: graph, saliency, regions.
+    """Analyse a point cloud or a triangle mesh: graph, normals, saliency.
 
     Parameters
     ----------
@@ -51,7 +50,7 @@ def analyze(
     GeometryError
         If an array cannot be understood.
     ParameterError
-        If `parameters` are none.
+        If `parameters` is not a `Parameters`.
     MemoryLimitError
         If it would take more memory than is free (`Parameters.memory_check`).
     Cancelled
@@ -70,31 +69,21 @@ def analyze(
     >>> bool(analysis.saliency[grid[:, 0] == 4].min() > analysis.saliency[grid[:, 0] == 1].max())
     True
     """
-    return run(analysis_steps(points, faces, normals, parameters), progress)
-
-
-def analysis_steps(
-    points: ArrayLike,
-    faces: ArrayLike | None = None,
-    normals: ArrayLike | None = None,
-    parameters: Parameters | None = None,
-) -> Generator[Progress, None, Analysis]:
-    """Yield progress and return what `analyze` returns; for hosts that work in slices."""
     parameters = checked(parameters)
     check_memory(points, faces, parameters)
     begun = time.perf_counter()
-    door = clean_steps(points, faces, normals, parameters)
-    geometry = yield from staged("Input", 0.0, 0.05, door)
-    graph = yield from staged("Graph", 0.05, 0.6, build_graph(geometry, parameters))
-    frames = yield from staged("Normals", 0.6, 0.75, build_frames(geometry, graph, parameters))
-    saliency = yield from staged(
-        "Saliency", 0.75, 0.9, build_saliency(geometry, graph, frames, parameters)
-    )
-    parts = segment_steps(geometry, graph, saliency.scaled, parameters)
-    regions, extremities = yield from staged("Regions", 0.9, 1.0, parts)
-    yield Progress("Regions", 1.0)
-    seconds = time.perf_counter() - begun
-    return Analysis(geometry, graph, frames, saliency, regions, extremities, parameters, seconds)
+    work = Progress(progress)
+    with set_workers(parameters.workers):
+        work.part(0.0, 0.05, "Input")
+        geometry = clean(points, faces, normals, parameters)
+        part = work.part(0.05, 0.65, "Graph")
+        graph = build_graph(geometry, parameters, part)
+        part = work.part(0.65, 0.8, "Normals")
+        frames = build_frames(geometry, graph, parameters, part)
+        part = work.part(0.8, 1.0, "Saliency")
+        saliency = build_saliency(geometry, graph, frames, parameters, part)
+        part(1.0)
+    return Analysis(geometry, graph, frames, saliency, parameters, time.perf_counter() - begun)
 
 
 def simplify(
@@ -119,14 +108,9 @@ def simplify(
     250
     """
     one_target(target)  # before the long part
-
-    def steps() -> Generator[Progress, None, Simplification]:
-        analysis = yield from part(
-            0.0, ANALYSIS_SHARE, analysis_steps(points, faces, normals, parameters)
-        )
-        rest = analysis.simplify_steps(
-            protect=protect, importance=importance, seams=seams, **target
-        )
-        return (yield from part(ANALYSIS_SHARE, 1.0, rest))
-
-    return run(steps(), progress)
+    work = Progress(progress)
+    first, second = work.portion(0.0, ANALYSIS_SHARE), work.portion(ANALYSIS_SHARE, 1.0)
+    analysis = analyze(points, faces, normals, parameters, progress=first)
+    return analysis.simplify(
+        protect=protect, importance=importance, seams=seams, progress=second, **target
+    )

@@ -63,6 +63,15 @@ class Progress:
             part(0.0)
         return part
 
+    def portion(self, begin: float, end: float) -> Callback | None:
+        """Return a callback for work of its own that is a part of this stretch."""
+        callback, length = self.callback, self.end - self.begin
+        if callback is None:
+            return None
+        return lambda stage, share: callback(
+            stage, self.begin + length * (begin + (end - begin) * share)
+        )
+
 
 SILENT = Progress()
 """For work that nobody watches."""

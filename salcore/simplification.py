@@ -11,14 +11,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .arrays import corner_values, indices
-from .distances import Surface, distances
+from .arrays.blocks import set_workers
+from .arrays.check import corner_values, indices
+from .arrays.types import Floats, Indices
+from .decimation.attribute_transfer import corner_sources, edge_sources
 from .errors import GeometryError
-from .geometry import Floats, Geometry, Indices
-from .interest import Interest
-from .metrics import Errors, measure_steps
-from .progress import Rests, finish
-from .provenance import corner_sources, edge_sources
+from .input.geometry import Geometry
+from .measure.distances import Surface, distances
+from .measure.errors import Errors, measure
+from .method.interest import Interest
+from .progress import SILENT, Callback, Progress
 
 
 @dataclass(frozen=True)
@@ -33,8 +35,8 @@ class Report:
         Share of the input points that went.
     dropped, welded : int
         Input points that were not finite, and that equalled another.
-    regions : int
-        Regions of like saliency.
+    regions : int or None
+        Regions of like saliency, where they took part: for a threshold α.
     extremities, salient, fillers, guards : int or None
         For a threshold α, kept points by reason: on a boundary, salient, by the gap rule, by the
         coverage guard. A point may have several.
@@ -51,7 +53,7 @@ class Report:
     rate: float
     dropped: int
     welded: int
-    regions: int
+    regions: int | None
     extremities: int | None
     salient: int | None
     fillers: int | None
@@ -97,8 +99,6 @@ class Simplification:
     interest: Interest | None
     seconds: float
     _context: _Context = dataclasses.field(repr=False)
-    _measured: list[Errors] = dataclasses.field(init=False, default_factory=list, repr=False)
-    """The errors, once they have been measured."""
 
     @classmethod
     def of_vertices(
@@ -150,7 +150,7 @@ class Simplification:
         moved = None
         if positions is not None:
             vertex = geometry.vertex_of[indices]
-            moved = positions[vertex] / geometry.scale + geometry.centre
+            moved = positions[vertex] / geometry.to_unit + geometry.centre
         return cls(
             indices=indices.astype(np.int64),
             faces=None if faces is None else place[faces],
@@ -258,29 +258,49 @@ class Simplification:
             dropped=before - finite,
             welded=finite - len(geometry.points),
             regions=context.regions,
-            errors=finish(self.errors_steps()),
+            errors=self.errors,
             seconds_analysis=context.seconds_analysis,
             seconds_selection=self.seconds,
             **reasons,
         )
 
-    def errors_steps(self) -> Rests[Errors]:
-        """Measure the report's errors, with rests, or return them if they have been measured."""
-        if not self._measured:
-            original, simplified = self._surfaces()
-            yield
-            subset, workers = self.positions is None, self._context.workers
-            steps = measure_steps(original, simplified, subset=subset, workers=workers)
-            errors = yield from steps
-            self._measured.append(errors.scaled(1 - int(np.frexp(self._context.geometry.scale)[1])))
-        return self._measured[0]
+    @cached_property
+    def errors(self) -> Errors:
+        """Errors between the input's points and the kept ones, measured when first asked for."""
+        return self._measure(SILENT)
 
-    def largest_error(self) -> Rests[float]:
-        """Measure only ``errors.surface.max``, with rests, in the unit of the clean geometry."""
+    def measure(self, progress: Callback | None = None) -> Errors:
+        """Measure `errors`, which then are known, with progress.
+
+        Parameters
+        ----------
+        progress : callable, optional
+            Called with stage and fraction; returning False cancels.
+
+        Raises
+        ------
+        Cancelled
+            If `progress` returned False.
+
+        Notes
+        -----
+        O(n log n) time.
+        """
+        if "errors" not in self.__dict__:
+            self.__dict__["errors"] = self._measure(Progress(progress, "Errors"))
+        return self.errors
+
+    def _measure(self, progress: Progress) -> Errors:
         original, simplified = self._surfaces()
-        yield
-        steps = distances(original.points, simplified, workers=self._context.workers)
-        _, to_surface = yield from steps
+        with set_workers(self._context.workers):
+            subset = self.positions is None
+            errors = measure(original, simplified, subset=subset, progress=progress)
+        return errors.scaled(1 - int(np.frexp(self._context.geometry.to_unit)[1]))
+
+    def largest_error(self, progress: Progress = SILENT) -> float:
+        """Measure only ``errors.surface.max``, in the unit of the clean geometry."""
+        original, simplified = self._surfaces()
+        _, to_surface = distances(original.points, simplified, progress)
         return float(to_surface.max(initial=0.0))
 
     def _surfaces(self) -> tuple[Surface, Surface]:
@@ -291,7 +311,7 @@ class Simplification:
         kept = points[vertex]
         none = np.empty((0, 3), dtype=np.intp)
         if self.positions is not None:
-            kept = (self.positions - geometry.centre) * geometry.scale
+            kept = (self.positions - geometry.centre) * geometry.to_unit
         if self.faces is None:
             return Surface(points, none, normals), Surface(kept, none, normals[vertex])
         return Surface(points, geometry.faces), Surface(kept, self.faces)
@@ -303,6 +323,6 @@ class _Context:
 
     geometry: Geometry
     normals: Floats
-    regions: int
+    regions: int | None
     workers: int
     seconds_analysis: float

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The door: input arrays are checked, cleaned, welded and centred once; behind it they are trusted.
+"""Input checking and cleaning: arrays are checked, cleaned, welded and centred once.
 
 `Geometry` holds distinct, finite, centred points. Its two index maps lead back to the input, so
 results can speak of the input's own indices whatever was dropped or welded on the way in.
@@ -8,24 +8,20 @@ results can speak of the input's own indices whatever was dropped or welded on t
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from .arrays import indices, real_numbers
-from .blocks import rest_blocks
-from .errors import GeometryError
-from .parameters import Parameters, checked
-from .progress import Rests, finish
-from .sorting import sort
+from ..arrays.blocks import run_blocks
+from ..arrays.check import indices, real_numbers
+from ..arrays.types import Floats, Indices, Integers
+from ..arrays.vectors import sum_by_label, unit
+from ..errors import GeometryError
+from ..parameters import Parameters, checked
 
-Floats = NDArray[np.float64]
-Indices = NDArray[np.intp]
-
-MOST = 1024
+MAX_EXPONENT = 1024
 """Exponent of the largest doubles."""
-TINY = 2.0**-200
+UNDERFLOW = 2.0**-200
 """Share of the diagonal below which a centred coordinate counts as zero: the fourth power of any
 difference that is left, such as an area's square, is a normal double."""
 
@@ -45,10 +41,10 @@ class Geometry:
         Input face that each face is.
     normals : (n, 3) float64 or None
         Given normals, unit or zero.
-    scale : float
-        Input lengths are ``length / scale``. A power of two.
+    to_unit : float
+        Factor from the input's unit of length to that of `points`. A power of two.
     centre : (3,) float64
-        Input positions are ``points / scale + centre``.
+        Input positions are ``points / to_unit + centre``.
     vertex_of : (N,) intp
         Vertex that stands for each input point, -1 where the point was dropped.
     input_of : (n,) intp
@@ -59,7 +55,7 @@ class Geometry:
     faces: Indices
     face_of: Indices
     normals: Floats | None
-    scale: float
+    to_unit: float
     centre: Floats
     vertex_of: Indices
     input_of: Indices
@@ -70,13 +66,8 @@ class Geometry:
         return len(self.vertex_of)
 
     @property
-    def diagonal(self) -> float:
-        """Diagonal of the bounding box, in the input's unit."""
-        return self.size / self.scale
-
-    @property
-    def size(self) -> float:
-        """Diagonal of the clean points' bounding box."""
+    def unit_diagonal(self) -> float:
+        """Diagonal of the clean points' bounding box, in their own unit."""
         return float(np.linalg.norm(np.ptp(self.points, axis=0))) if len(self.points) else 0.0
 
 
@@ -111,21 +102,10 @@ def clean(
     O(N log N) time, about 150 bytes a point. Points count as equal that are within 1e-60 of the
     diagonal of each other, which only happens next to the box's centre.
     """
-    return finish(clean_steps(points, faces, normals, parameters))
-
-
-def clean_steps(
-    points: ArrayLike,
-    faces: ArrayLike | None = None,
-    normals: ArrayLike | None = None,
-    parameters: Parameters | None = None,
-) -> Rests[Geometry]:
-    """Rest between the parts of the work, and return what `clean` returns."""
     parameters = checked(parameters)
     coordinates = _matrix(points, "points")
     triangles = indices(faces, "faces", "triangles", 3, len(coordinates))
     given = _check_normals(normals, len(coordinates))
-    yield
     finite = np.asarray(np.isfinite(coordinates).all(axis=1))
     if parameters.invalid == "refuse" and not finite.all():
         bad = np.flatnonzero(~finite)
@@ -134,25 +114,17 @@ def clean_steps(
             f"{bad[0]}); remove them, or set invalid='drop'"
         )
     kept = np.flatnonzero(finite)
-    yield
-    coordinates = coordinates[kept]
-    yield
-    centred, scale, centre = yield from _centre(coordinates, parameters.workers)
-    yield
-    welded, first = yield from _weld(centred, parameters.workers)
-    yield
+    centred, to_unit, centre = _centre(coordinates[kept])
+    welded, first = _weld(centred)
     vertex_of = np.full(len(finite), -1, dtype=np.intp)
     vertex_of[kept] = welded
-    corners, face_of = yield from _clean_faces(triangles, vertex_of)
-    yield
-    directions = yield from _clean_normals(given, kept, welded, len(first))
-    yield
+    corners, face_of = _clean_faces(triangles, vertex_of)
     return Geometry(
         points=centred[first],
         faces=corners,
         face_of=face_of,
-        normals=directions,
-        scale=scale,
+        normals=_clean_normals(given, kept, welded, len(first)),
+        to_unit=to_unit,
         centre=centre,
         vertex_of=vertex_of,
         input_of=kept[first],
@@ -183,15 +155,15 @@ def box_frame(low: Floats, high: Floats) -> tuple[int, Floats, int]:
     first = int(np.frexp(np.maximum(np.abs(low), np.abs(high)).max())[1])
     low, high = np.ldexp(low, -first), np.ldexp(high, -first)
     second = int(np.frexp(np.linalg.norm(high - low))[1])
-    if first + second > MOST:
+    if first + second > MAX_EXPONENT:
         raise GeometryError(
             "points: the diagonal of their bounding box is beyond the largest double, "
             f"{np.finfo(np.float64).max:.2g}; scale them down"
         )
-    return first, 0.5 * (low + high), max(second, -MOST + 1 - first)
+    return first, 0.5 * (low + high), max(second, -MAX_EXPONENT + 1 - first)
 
 
-def _centre(points: Floats, workers: int) -> Rests[tuple[Floats, float, Floats]]:
+def _centre(points: Floats) -> tuple[Floats, float, Floats]:
     """Move the bounding box's centre to the origin and scale its diagonal into [0.5, 1).
 
     The factor is a power of two, so scaling rounds nothing.
@@ -202,60 +174,39 @@ def _centre(points: Floats, workers: int) -> Rests[tuple[Floats, float, Floats]]
     if (low == high).all():
         return np.zeros_like(points), 1.0, low
     first, centre, second = box_frame(low, high)
-    yield
     centred = np.empty_like(points)
 
     def move(start: int, stop: int) -> None:
         block = np.ldexp(np.ldexp(points[start:stop], -first) - centre, -second)
-        block[np.abs(block) < TINY] = 0.0
+        block[np.abs(block) < UNDERFLOW] = 0.0
         centred[start:stop] = block
 
-    yield from rest_blocks(move, len(points), workers=workers)
+    run_blocks(move, len(points))
     return centred, float(np.ldexp(1.0, -first - second)), np.ldexp(centre, first)
 
 
-def _weld(points: Floats, workers: int) -> Rests[tuple[Indices, Indices]]:
+def _weld(points: Floats) -> tuple[Indices, Indices]:
     """Return the vertex of each point and the first point of each vertex, in input order."""
-    count = len(points)
-    # Equal points have equal keys; the rare unequal points with equal keys are told apart below.
-    key = points[:, 0] + np.sqrt(2.0) * points[:, 1] + np.sqrt(3.0) * points[:, 2]
-    yield
-    order, key = yield from sort(key, workers=workers)
-    tie = key[1:] == key[:-1]
-    if not tie.any():
-        identity = np.arange(count)
-        return identity, identity
-    suspect = np.zeros(count, dtype=bool)
-    suspect[order[1:][tie]] = True
-    suspect[order[:-1][tie]] = True
-    rows = np.flatnonzero(suspect)
-    yield
-    # "+ 0.0" turns -0.0 into 0.0, which np.unique would tell apart.
-    _, first, inverse = np.unique(
-        points[rows] + 0.0, axis=0, return_index=True, return_inverse=True
-    )
-    yield
-    representative = np.arange(count)
-    representative[rows] = rows[first[inverse.ravel()]]
-    firsts = np.flatnonzero(representative == np.arange(count))
-    number = np.empty(count, dtype=np.intp)
-    number[firsts] = np.arange(len(firsts))
-    return number[representative], firsts
+    order = np.lexsort(points.T)  # stable: equal points stay in input order
+    ordered = points[order]
+    distinct = np.append(True, (ordered[1:] != ordered[:-1]).any(axis=1))[: len(order)]
+    first = order[distinct]
+    rank = np.empty(len(first), dtype=np.intp)
+    rank[np.argsort(first)] = np.arange(len(first))
+    vertex = np.empty(len(order), dtype=np.intp)
+    vertex[order] = rank[np.cumsum(distinct) - 1]
+    return vertex, np.sort(first)
 
 
-def _clean_faces(faces: NDArray[Any], vertex_of: Indices) -> Rests[tuple[Indices, Indices]]:
+def _clean_faces(faces: Integers, vertex_of: Indices) -> tuple[Indices, Indices]:
     """Return faces over vertices, and their input numbers.
 
     Those that lost a corner, or repeat one, are left out.
     """
     corners = vertex_of[faces.astype(np.intp)]
-    yield
-    good = (corners >= 0).all(axis=1)
-    yield
     a, b, c = corners.T
-    left = np.flatnonzero(good & (a != b) & (b != c) & (c != a))
-    yield
-    return np.ascontiguousarray(corners[left]), left
+    sound = np.flatnonzero((corners >= 0).all(axis=1) & (a != b) & (b != c) & (c != a))
+    return np.ascontiguousarray(corners[sound]), sound
 
 
 def _check_normals(normals: ArrayLike | None, count: int) -> Floats | None:
@@ -270,42 +221,11 @@ def _check_normals(normals: ArrayLike | None, count: int) -> Floats | None:
 
 def _clean_normals(
     given: Floats | None, kept: Indices, welded: Indices, vertices: int
-) -> Rests[Floats | None]:
+) -> Floats | None:
     """Return one unit (or zero) normal a vertex: the direction of the sum over welded points."""
     if given is None:
         return None
     valid = np.asarray(np.isfinite(given).all(axis=1))
-    given = np.where(valid[:, None], given, 0.0)[kept]
-    yield
-    given = unit(given)
-    yield
-    total = sum_by_label(given, welded, vertices)
-    yield
+    directions = unit(np.where(valid[:, None], given, 0.0)[kept])
+    total = sum_by_label(directions, welded, vertices)
     return unit(total) if total.any() else None
-
-
-def sum_by_label(vectors: Floats, labels: Indices, count: int) -> Floats:
-    """Return the sum (count, 3) of the vectors (n, 3) of each label."""
-    sums = np.empty((count, 3))
-    for k in range(3):
-        sums[:, k] = np.bincount(labels, vectors[:, k], count)
-    return sums
-
-
-def unit(vectors: Floats) -> Floats:
-    """Return vectors of length one; those of no length, or hardly any, become zero.
-
-    Parameters
-    ----------
-    vectors : (..., 3) float64
-
-    Returns
-    -------
-    (..., 3) float64
-    """
-    largest = np.abs(vectors).max(axis=-1, keepdims=True, initial=0.0)
-    # Dividing by the largest component first keeps squares of tiny and huge vectors in range.
-    scaled = np.divide(vectors, largest, out=np.zeros_like(vectors), where=largest > 0.0)
-    length = np.sqrt(np.einsum("...i,...i->...", scaled, scaled))[..., None]
-    result: Floats = np.divide(scaled, length, out=np.zeros_like(scaled), where=length > 0.0)
-    return result

@@ -9,16 +9,16 @@ import re
 from pathlib import Path
 from typing import Any
 
-from .errors import MemoryLimitError
-from .parameters import TARGETS, Parameters, checked
+from ..errors import MemoryLimitError
+from ..parameters import TARGETS, Parameters, checked
 
 # Bytes, fitted to measured peaks of the analysis and of the elimination, of which one is larger.
-POINT, FACE, NEIGHBOR, EDGE, CELLS = 140, 185, 12, 40, 1900
-"""Analysis: of a point, of a face, of a nearest point of a cloud among which its star is sought, of
-a neighbour in the graph, and of a point of a 3D triangulation."""
-LEFT, TRIANGLE, GIVEN, KEPT_NEIGHBOR, KEPT_EDGE = 280, 280, 100, 6, 16
-"""Elimination: of a point, of a triangle (two a point on a cloud), of a given face, and what the
-analysis holds of nearest points and of neighbours."""
+ANALYSIS = {"point": 140, "face": 185, "nearest": 12, "edge": 40, "cell": 1900}
+"""Of a point, of a face, of a nearest point of a cloud among which its star is sought, of a
+neighbour in the graph, and of a point of a 3D triangulation."""
+ELIMINATION = {"point": 280, "triangle": 280, "face": 100, "nearest": 6, "edge": 16}
+"""Of a point, of a triangle (two a point on a cloud), of a given face, and what the analysis holds
+of nearest points and of neighbours."""
 
 
 def estimated_memory(points: int, faces: int = 0, parameters: Parameters | None = None) -> int:
@@ -34,7 +34,7 @@ def estimated_memory(points: int, faces: int = 0, parameters: Parameters | None 
     Raises
     ------
     ParameterError
-        If a number is none, or negative.
+        If a count is not a whole number of at least 0.
 
     Notes
     -----
@@ -56,13 +56,16 @@ def estimated_memory(points: int, faces: int = 0, parameters: Parameters | None 
     rings = parameters.level
     edges = 4 * rings * (rings + 1) - 2
     nearest = 0 if faces else parameters.neighbors
-    analysis = points * (POINT + NEIGHBOR * nearest) + faces * FACE
+    analysis = points * (ANALYSIS["point"] + ANALYSIS["nearest"] * nearest)
+    analysis += faces * ANALYSIS["face"]
     if parameters.graph == "delaunay":
-        analysis += points * CELLS
+        analysis += points * ANALYSIS["cell"]
         edges = int(2.4 * edges)
-    elimination = points * (LEFT + KEPT_NEIGHBOR * nearest + KEPT_EDGE * edges)
-    elimination += TRIANGLE * max(faces, 2 * points) + GIVEN * faces
-    return max(analysis + points * EDGE * edges, elimination)
+    analysis += points * ANALYSIS["edge"] * edges
+    elimination = points * (ELIMINATION["point"] + ELIMINATION["nearest"] * nearest)
+    elimination += points * ELIMINATION["edge"] * edges
+    elimination += ELIMINATION["triangle"] * max(faces, 2 * points) + ELIMINATION["face"] * faces
+    return max(analysis, elimination)
 
 
 def _count(value: Any, name: str) -> int:

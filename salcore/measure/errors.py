@@ -10,13 +10,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .arrays import indices, real_numbers
+from ..arrays.blocks import set_workers
+from ..arrays.check import indices, real_numbers
+from ..arrays.types import Floats
+from ..errors import GeometryError
+from ..input.geometry import box_frame, clean
+from ..method.graph import build_graph
+from ..parameters import Parameters
+from ..progress import SILENT, Callback, Progress
 from .distances import Surface, distances
-from .errors import GeometryError
-from .geometry import Floats, box_frame, clean
-from .graph import build_graph
-from .parameters import Parameters
-from .progress import Rests, finish
 
 
 @dataclass(frozen=True)
@@ -111,18 +113,35 @@ def make_surface(
     geometry = clean(points, faces, normals, parameters)
     fitted = geometry.normals
     if fitted is None and not len(geometry.faces):
-        fitted = finish(build_graph(geometry, parameters)).plane_normals
+        fitted = build_graph(geometry, parameters).plane_normals
     original = real_numbers(points, "points", "points").reshape(-1, 3)[geometry.input_of]
     return Surface(original, geometry.faces, fitted)
 
 
-def compare(original: Surface, simplified: Surface, *, workers: int = 0) -> Errors:
+def compare(
+    original: Surface,
+    simplified: Surface,
+    *,
+    workers: int = 0,
+    progress: Callback | None = None,
+) -> Errors:
     """Return the errors between two geometries, both ways.
+
+    Parameters
+    ----------
+    original, simplified : Surface
+        As `make_surface` returns.
+    workers : int
+        Threads; 0 takes one per processor.
+    progress : callable, optional
+        Called as ``progress(stage, fraction)``; returning False cancels.
 
     Raises
     ------
     GeometryError
         If a surface has no points where the other has some, or points that are not finite.
+    Cancelled
+        If `progress` returned False.
 
     Notes
     -----
@@ -138,32 +157,27 @@ def compare(original: Surface, simplified: Surface, *, workers: int = 0) -> Erro
     >>> round(errors.surface.max, 6), round(errors.surface.mean, 6)
     (0.2, 0.04)
     """
-    return finish(compare_steps(original, simplified, workers=workers))
-
-
-def compare_steps(original: Surface, simplified: Surface, *, workers: int = 0) -> Rests[Errors]:
-    """Rest between the parts of the work, and return what `compare` returns."""
-    workers = Parameters(workers=workers).workers
-    original, simplified = _known(original, "original"), _known(simplified, "simplified")
+    work = Progress(progress, "Errors")
+    original, simplified = _checked(original, "original"), _checked(simplified, "simplified")
     for name, surface in (("original", original), ("simplified", simplified)):
         if not len(surface.points) and (len(original.points) or len(simplified.points)):
             raise GeometryError(f"{name}: it has no valid points; there is nothing to measure to")
-    yield
-    # In a frame of the size one: squares and products of four lengths stay in range.
-    both = np.concatenate([original.points, simplified.points])
-    if not len(both) or (both == both[0]).all():
-        return (yield from measure_steps(original, simplified, workers=workers))
-    first, centre, second = box_frame(both.min(axis=0), both.max(axis=0))
+    with set_workers(Parameters(workers=workers).workers):
+        # In a frame of the size one: squares and products of four lengths stay in range.
+        both = np.concatenate([original.points, simplified.points])
+        if not len(both) or (both == both[0]).all():
+            return measure(original, simplified, progress=work)
+        first, centre, second = box_frame(both.min(axis=0), both.max(axis=0))
 
-    def framed(surface: Surface) -> Surface:
-        points = np.ldexp(np.ldexp(surface.points, -first) - centre, -second)
-        return dataclasses.replace(surface, points=points)
+        def framed(surface: Surface) -> Surface:
+            points = np.ldexp(np.ldexp(surface.points, -first) - centre, -second)
+            return dataclasses.replace(surface, points=points)
 
-    steps = measure_steps(framed(original), framed(simplified), workers=workers)
-    return (yield from steps).scaled(first + second)
+        errors = measure(framed(original), framed(simplified), progress=work)
+    return errors.scaled(first + second)
 
 
-def _known(surface: Surface, name: str) -> Surface:
+def _checked(surface: Surface, name: str) -> Surface:
     """Return a surface whose arrays are what they should be."""
     if not isinstance(surface, Surface):
         raise GeometryError(
@@ -185,19 +199,24 @@ def _known(surface: Surface, name: str) -> Surface:
     return Surface(points, faces.astype(np.intp), normals)
 
 
-def measure_steps(
-    original: Surface, simplified: Surface, *, subset: bool = False, workers: int = 0
-) -> Rests[Errors]:
-    """Do the work of `compare` on surfaces of about the size one, with rests.
+def measure(
+    original: Surface,
+    simplified: Surface,
+    *,
+    subset: bool = False,
+    progress: Progress = SILENT,
+) -> Errors:
+    """Do the work of `compare` on surfaces of about the size one.
 
     With `subset` the simplified points are some of the original ones, so that there is nothing to
     measure on the way back.
     """
-    there_point, there_surface = yield from distances(original.points, simplified, workers=workers)
+    progress(0.0)
+    there_part, back_part = progress.part(0.0, 1.0 if subset else 0.5), progress.part(0.5, 1.0)
+    there_point, there_surface = distances(original.points, simplified, there_part)
     back_point = back_surface = np.zeros(len(simplified.points))
     if not subset:
-        back = yield from distances(simplified.points, original, workers=workers)
-        back_point, back_surface = back
+        back_point, back_surface = distances(simplified.points, original, back_part)
     box = np.ptp(original.points, axis=0) if len(original.points) else np.zeros(3)
     return Errors(
         Deviation.of(there_point),

@@ -6,24 +6,23 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from .blocks import rest_blocks
+from ..arrays.blocks import worker_count
+from ..arrays.types import Floats, Indices, Mask
+from ..arrays.vectors import dot, sum_by_label
+from ..input.geometry import Geometry
+from ..parameters import Parameters
+from ..progress import SILENT, Progress
 from .coverage import close_gaps
-from .geometry import Floats, Geometry, Indices, sum_by_label
 from .graph import Graph
-from .parameters import Parameters
-from .progress import Rests
-from .regions import Regions, build_regions
-
-Mask = NDArray[np.bool_]
+from .regions import Regions
 
 STRAIGHT = 1e-9
 """Least turn, in radians, that is told from rounding."""
-UNIT = 1e-12
+TURN_QUANTUM = 1e-12
 """Radians in which turns are summed, as whole numbers: their sums round nothing, however many."""
-REACHED = 1e-6
+TURN_SLACK = 1e-6
 """Share of the angle that may be missing where a sum of turns counts as a multiple of it."""
 
 
@@ -60,14 +59,12 @@ def triangle_areas(first: Floats, second: Floats, third: Floats) -> Floats:
     By the cross product; Heron's formula on the sides (4.3) loses all digits on flat triangles.
     """
     cross = np.cross(second - first, third - first)
-    area: Floats = 0.5 * np.sqrt(np.einsum("mc,mc->m", cross, cross))
+    area: Floats = 0.5 * np.sqrt(dot(cross, cross))
     return area
 
 
-def boundary_extremities(
-    points: Floats, regions: Regions, angle: float, workers: int = 0
-) -> Rests[Mask]:
-    """Return the boundary vertices that are no mere members of a collinear run, with rests.
+def boundary_extremities(points: Floats, regions: Regions, angle: float) -> Mask:
+    """Return the boundary vertices that are no mere members of a collinear run.
 
     The ends of every chain and the vertices where chains branch stay. Between them a vertex stays
     whenever the turns summed from the chain's start pass a multiple of `angle`. So a straight run
@@ -92,22 +89,12 @@ def boundary_extremities(
     end = np.zeros(len(chains), dtype=bool)
     end[regions.offsets[:-1]] = True
     end[regions.offsets[1:] - 1] = True
-    inner = np.flatnonzero(~end)
-    turn = np.zeros(len(chains))
-
-    def measure(start: int, stop: int) -> None:
-        block = inner[start:stop]
-        before, at, after = (points[chains[block + step]] for step in (-1, 0, 1))
-        along = np.einsum("mc,mc->m", at - before, after - at)
-        turn[block] = np.arctan2(2.0 * triangle_areas(before, at, after), along)
-
-    yield from rest_blocks(measure, len(inner), workers=workers)
-    turn[turn < STRAIGHT] = 0.0
-    total = np.cumsum(np.rint(turn / UNIT).astype(np.int64))
+    turn = _turns(points[chains], ~end)
+    total = np.cumsum(np.rint(turn / TURN_QUANTUM).astype(np.int64))
     total -= np.repeat(total[regions.offsets[:-1]], np.diff(regions.offsets))
     if angle > 0.0:
         # An angle less than the least turn makes every turn pass a multiple, as it is to be.
-        step = np.floor(total * (UNIT / max(np.radians(angle), STRAIGHT)) + REACHED)
+        step = np.floor(total * (TURN_QUANTUM / max(np.radians(angle), STRAIGHT)) + TURN_SLACK)
         bend = step != np.roll(step, 1)
     else:
         bend = turn > 0.0
@@ -115,17 +102,14 @@ def boundary_extremities(
     return keep
 
 
-def segment_steps(
-    geometry: Geometry, graph: Graph, saliency: Floats, parameters: Parameters
-) -> Rests[tuple[Regions, Mask]]:
-    """Return the regions, and the extremities of their boundaries, with rests."""
-    workers = parameters.workers
-    regions = yield from build_regions(geometry, graph, saliency, parameters.tolerance, workers)
-    yield
-    extremities = yield from boundary_extremities(
-        geometry.points, regions, parameters.collinear_angle, workers
-    )
-    return regions, extremities
+def _turns(chain: Floats, inner: Mask) -> Floats:
+    """Return by what angle (c,) chains of points (c, 3) turn at their inner ones; zero at ends."""
+    at = np.flatnonzero(inner)
+    before, here, after = chain[at - 1], chain[at], chain[at + 1]
+    angle = np.arctan2(2.0 * triangle_areas(before, here, after), dot(here - before, after - here))
+    turn = np.zeros(len(chain))
+    turn[at] = np.where(angle < STRAIGHT, 0.0, angle)
+    return turn
 
 
 def global_mean(saliency: Floats) -> float:
@@ -158,10 +142,8 @@ def salient_points(saliency: Floats, regions: Regions, alpha: float, rule: str) 
     return saliency >= threshold * (1.0 - 1e-12)
 
 
-def gap_fillers(
-    points: Floats, regions: Regions, extremities: Mask, salient: Mask, workers: int = 0
-) -> Rests[Mask]:
-    """Return the low points that the gap rule keeps (end of §4.2, figure 11), with rests.
+def gap_fillers(points: Floats, regions: Regions, extremities: Mask, salient: Mask) -> Mask:
+    """Return the low points that the gap rule keeps (end of §4.2, figure 11).
 
     From each boundary interest point halfway to the centre of its region's salient points (of the
     whole region where none is salient), the nearest low point of the same region stays.
@@ -176,29 +158,18 @@ def gap_fillers(
     edge = np.flatnonzero(extremities)
     if not len(low) or not len(edge):
         return fillers
-    yield
     has_salient = np.bincount(labels[salient], minlength=regions.count) > 0
     member = salient | ~has_salient[labels]
-    yield
     size = np.maximum(np.bincount(labels[member], minlength=regions.count), 1)
     centre = sum_by_label(points[member], labels[member], regions.count) / size[:, None]
-    yield
     # A region without low points has nothing to fill, and would find another region's.
     has_low = np.bincount(labels[low], minlength=regions.count) > 0
     edge = edge[has_low[labels[edge]]]
     places = np.column_stack([points[low], 2.0 * labels[low]])
-    yield
     tree = cKDTree(places, balanced_tree=False, compact_nodes=False)
-    yield
-    nearest = np.empty(len(edge), dtype=np.intp)
-
-    def find(start: int, stop: int) -> None:
-        block = edge[start:stop]
-        midpoint = 0.5 * (points[block] + centre[labels[block]])
-        nearest[start:stop] = tree.query(np.column_stack([midpoint, 2.0 * labels[block]]))[1]
-
-    yield from rest_blocks(find, len(edge), workers=workers)
-    fillers[low[nearest]] = True
+    midpoint = 0.5 * (points[edge] + centre[labels[edge]])
+    queries = np.column_stack([midpoint, 2.0 * labels[edge]])
+    fillers[low[tree.query(queries, workers=worker_count())[1]]] = True
     return fillers
 
 
@@ -210,11 +181,12 @@ def select(
     extremities: Mask,
     alpha: float,
     parameters: Parameters,
-) -> Rests[tuple[Interest, Indices]]:
+    progress: Progress = SILENT,
+) -> tuple[Interest, Indices]:
     """Return the interest points for a threshold α, and the kept vertex that stands for each.
 
-    It rests between the parts of the work. Where the threshold lies above all saliency, the most
-    salient vertex stays without a coverage guard: a result is never empty.
+    Where the threshold lies above all saliency, the most salient vertex stays without a coverage
+    guard: a result is never empty.
 
     Returns
     -------
@@ -229,12 +201,10 @@ def select(
     salient = salient_points(saliency, regions, alpha, parameters.alpha_rule)
     if not parameters.max_gap and len(salient) and not (salient | extremities).any():
         salient[np.argmax(saliency)] = True
-    yield
-    fillers = yield from gap_fillers(
-        geometry.points, regions, extremities, salient, parameters.workers
-    )
+    fillers = gap_fillers(geometry.points, regions, extremities, salient)
+    progress(0.3)
     kept = extremities | salient | fillers
-    guards, source = yield from close_gaps(
-        geometry.points, graph, kept, parameters.max_gap, parameters.workers
+    guards, source = close_gaps(
+        geometry.points, graph, kept, parameters.max_gap, progress.part(0.3, 1.0)
     )
     return Interest(extremities, salient, fillers, guards), source

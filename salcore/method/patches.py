@@ -8,22 +8,18 @@ bounds each vertex's edges, `row` numbers the vertex of every edge from the bloc
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from .geometry import Floats
-from .rows import row_max, row_sum
+from ..arrays.rows import row_max, row_sum
+from ..arrays.types import Floats, Indices, Integers, Mask
+from ..arrays.vectors import dot
 
 FULL_TURN = 360.0
 PERCENT = 100.0  # λ of (3.3)
 ROUNDING = 1e-6
 """Degrees that rounded coordinates turn the normals of a plane by; such angles count as none."""
 
-IntArray = NDArray[np.integer]
 
-
-def normal_angle(
-    first: Floats, second: Floats, oriented: NDArray[np.bool_], *, squared: bool = False
-) -> Floats:
+def normal_angle(first: Floats, second: Floats, oriented: Mask, *, squared: bool = False) -> Floats:
     """Return the angle between pairs of unit normals, (3.2).
 
     Parameters
@@ -41,9 +37,9 @@ def normal_angle(
     (e,) float64
         Degrees.
     """
-    product = np.einsum("ec,ec->e", first, second)
+    product = dot(first, second)
     cross = np.cross(first, second)
-    sine = np.sqrt(np.einsum("ec,ec->e", cross, cross))
+    sine = np.sqrt(dot(cross, cross))
     if squared:
         # The arc cosine of the square, by a form that keeps the digits of small angles.
         angle = np.arctan2(sine * np.sqrt(1.0 + product**2), product**2)
@@ -61,7 +57,7 @@ def deviation_factor(angle: Floats, *, whole_percent: bool = False) -> Floats:
     return np.floor(factor) if whole_percent else factor
 
 
-def patch_side(u: Floats, v: Floats, indptr: IntArray) -> Floats:
+def patch_side(u: Floats, v: Floats, indptr: Integers) -> Floats:
     """Return the side L of each patch, (3.1).
 
     Twice the distance of the farthest projected neighbour, so that every neighbour falls into
@@ -80,7 +76,7 @@ def patch_side(u: Floats, v: Floats, indptr: IntArray) -> Floats:
     return 2.0 * np.sqrt(row_max(u * u + v * v, indptr))
 
 
-def patch_cells(u: Floats, v: Floats, side: Floats, cells: int) -> NDArray[np.intp]:
+def patch_cells(u: Floats, v: Floats, side: Floats, cells: int) -> Indices:
     """Return the cell of each projected neighbour in its patch's lattice of cells².
 
     Parameters
@@ -102,7 +98,7 @@ def patch_cells(u: Floats, v: Floats, side: Floats, cells: int) -> NDArray[np.in
 
 
 def mean_of_cells(
-    deviation: Floats, cell: NDArray[np.intp], row: IntArray, indptr: IntArray, cells: int
+    deviation: Floats, cell: Indices, row: Integers, indptr: Integers, cells: int
 ) -> Floats:
     """Return A, the mean over a patch's filled cells of each cell's mean deviation factor.
 

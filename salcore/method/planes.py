@@ -5,12 +5,48 @@ from __future__ import annotations
 
 import numpy as np
 
-from .blocks import rest_blocks
-from .geometry import Floats, unit
-from .progress import Rests, finish
+from ..arrays.blocks import run_blocks
+from ..arrays.rows import row_sum
+from ..arrays.types import Floats, Indices, Integers
+from ..arrays.vectors import face_normals, unit
 
 FLAT = 1e-12
 """Share of the largest eigenvalue below which the second counts as zero: points in a line."""
+
+
+def mean_offset(offsets: Floats, indptr: Integers) -> Floats:
+    """Return the means (b, 3) of the neighbours of a block of vertices, (2.1).
+
+    Parameters
+    ----------
+    offsets : (e, 3) float64
+        Neighbours, relative to their vertex.
+    indptr : (b + 1,) int
+        Bounds of each vertex's neighbours.
+    """
+    mean: Floats = row_sum(offsets, indptr) / np.maximum(np.diff(indptr), 1)[:, None]
+    return mean
+
+
+def covariance(offsets: Floats, row: Indices, indptr: Integers) -> Floats:
+    """Return the covariance matrices C (b, 3, 3) of the neighbours about their mean, (2.2).
+
+    Parameters
+    ----------
+    offsets : (e, 3) float64
+    row : (e,) int
+        Vertex of each offset, counted from the block's first.
+    indptr : (b + 1,) int
+    """
+    x, y, z = (offsets - mean_offset(offsets, indptr)[row]).T
+    result = np.empty((len(indptr) - 1, 3, 3))
+    for (a, b), product in zip(
+        [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)],
+        [x * x, x * y, x * z, y * y, y * z, z * z],
+        strict=True,
+    ):
+        result[:, a, b] = result[:, b, a] = row_sum(product, indptr)
+    return result
 
 
 def fit_normals(covariance: Floats) -> Floats:
@@ -57,39 +93,26 @@ def tangent_basis(normals: Floats) -> tuple[Floats, Floats]:
     return first, second
 
 
-def face_normals(points: Floats, faces: np.ndarray) -> Floats:
-    """Return (m, 3) float64 normals of length twice the area of each face."""
-    a, b, c = (points[faces[:, k]] for k in range(3))
-    return np.cross(b - a, c - a)
-
-
-def vertex_normals(points: Floats, faces: np.ndarray) -> Floats:
+def vertex_normals(points: Floats, faces: Integers) -> Floats:
     """Return (n, 3) unit normals of a mesh's vertices, zero where no face has an area.
 
     Each face weighs by the sine of its corner over the product of its two edge lengths there,
     which is exact for points on a sphere (Max, Weights for computing vertex normals from facet
     normals, Journal of Graphics Tools 4(2), 1999).
     """
-    return finish(vertex_normals_steps(points, faces))
-
-
-def vertex_normals_steps(points: Floats, faces: np.ndarray, workers: int = 0) -> Rests[Floats]:
-    """Rest between the parts of the work, and return what `vertex_normals` returns."""
-    count = len(points)
-    share = np.empty((3, 3, len(faces)))  # corner, axis, face
+    weighted = np.empty((3, 3, len(faces)))  # corner, axis, face
 
     def weigh(start: int, stop: int) -> None:
         block = faces[start:stop]
         normal, corners = face_normals(points, block), points[block]
         square = ((corners - np.roll(corners, -1, axis=1)) ** 2).sum(axis=2)
-        weight = square * np.roll(square, 1, axis=1)
-        weight = np.divide(1.0, weight, out=np.zeros_like(weight), where=weight > 0.0)
-        share[:, :, start:stop] = weight.T[:, None] * normal.T
+        product = square * np.roll(square, 1, axis=1)
+        weight = np.divide(1.0, product, out=np.zeros_like(product), where=product > 0.0)
+        weighted[:, :, start:stop] = weight.T[:, None] * normal.T
 
-    yield from rest_blocks(weigh, len(faces), workers=workers)
-    total = np.zeros((count, 3))
+    run_blocks(weigh, len(faces))
+    total = np.zeros((len(points), 3))
     for corner in range(3):
         for axis in range(3):
-            total[:, axis] += np.bincount(faces[:, corner], share[corner, axis], count)
-            yield
+            total[:, axis] += np.bincount(faces[:, corner], weighted[corner, axis], len(points))
     return unit(total)

@@ -6,16 +6,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from .blocks import BLOCK, rest_blocks
-from .geometry import Floats, Geometry, Indices
+from ..arrays.blocks import run_blocks
+from ..arrays.edges import find_edges
+from ..arrays.types import Floats, Indices, Integers, Mask
+from ..input.geometry import Geometry
 from .graph import Graph
-from .progress import Rests
-from .rows import row_max
-from .sorting import sort
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,24 +38,22 @@ class Regions:
 
     labels: Indices
     count: int
-    boundary: NDArray[np.bool_]
+    boundary: Mask
     chains: Indices
     offsets: Indices
-    branching: NDArray[np.bool_]
+    branching: Mask
 
 
-def similar(first: Floats, second: Floats, tolerance: float) -> NDArray[np.bool_]:
+def similar(first: Floats, second: Floats, tolerance: float) -> Mask:
     """Return F of (4.1): whether two saliencies differ by at most the tolerance."""
     return np.abs(first - second) <= tolerance
 
 
-def build_regions(
-    geometry: Geometry, graph: Graph, saliency: Floats, tolerance: float, workers: int = 0
-) -> Rests[Regions]:
-    """Segment the graph into regions and order their boundaries, resting between the parts.
+def build_regions(geometry: Geometry, graph: Graph, saliency: Floats, tolerance: float) -> Regions:
+    """Segment the graph into regions and order their boundaries.
 
-    Regions are the connected components of the edges between similar vertices, which is what
-    algorithm 1 labels. The published concave hull is not defined for a piece of a surface in
+    Regions are the connected components of the edges between similar vertices, (4.2), which is
+    what algorithm 1 labels. The published concave hull is not defined for a piece of a surface in
     space; the boundary is read off the graph instead.
 
     Parameters
@@ -67,95 +63,64 @@ def build_regions(
     saliency : (n,) float64
     tolerance : float
         σ of (4.1).
-    workers : int
-        Threads; 0 takes one per processor.
 
     Notes
     -----
     O(e log e) time for e edges, about 60 bytes an edge between boundary vertices.
     """
-    joined = np.empty(len(graph.indices), dtype=bool)
-
-    def join(start: int, stop: int) -> None:
-        edges, row, other = graph.edges(start, stop)
-        joined[edges] = similar(saliency[row], saliency[other], tolerance) & (row < other)
-
-    yield from rest_blocks(join, len(saliency), workers=workers)
-    labels = yield from _components(graph, joined)
-    yield
-    boundary, row, other = yield from _boundaries(geometry, graph, labels, workers)
-    chains, offsets, branching = yield from _chains(
-        geometry.points, row, other, np.flatnonzero(boundary)
-    )
+    labels = grow_regions(graph, saliency, tolerance)
+    boundary = boundary_vertices(geometry.faces, graph, labels)
+    row, other = _edges_along(graph, labels, boundary)
+    chains, offsets, branching = _chains(geometry.points, row, other, np.flatnonzero(boundary))
     return Regions(labels, int(labels.max(initial=-1)) + 1, boundary, chains, offsets, branching)
 
 
-def _boundaries(
-    geometry: Geometry, graph: Graph, labels: Indices, workers: int
-) -> Rests[tuple[NDArray[np.bool_], Indices, NDArray[np.int32]]]:
-    """Return the boundary vertices, and the ends of the edges within regions that join them.
+def grow_regions(graph: Graph, saliency: Floats, tolerance: float) -> Indices:
+    """Return the region (n,) of every vertex, (4.2), numbered in the order of first vertices."""
+    joined = np.empty(len(graph.indices), dtype=bool)
 
-    Each edge comes once.
-    """
-    boundary = graph.degrees == 0
-    inner = np.empty(len(graph.indices), dtype=bool)
-    nothing = np.empty(0, dtype=np.intp), np.empty(0, dtype=np.int32)
-    joins = [nothing] * (len(labels) // BLOCK + 1)
+    def join(start: int, stop: int) -> None:
+        edges = graph.edges(start, stop)
+        alike = similar(saliency[edges.row], saliency[edges.other], tolerance)
+        joined[edges.edges] = alike & (edges.row < edges.other)  # one direction will do
 
-    def part(start: int, stop: int) -> None:
-        edges, row, other = graph.edges(start, stop)
-        differs = labels[row] != labels[other]
-        boundary[start:stop] |= row_max(differs, graph.indptr[start : stop + 1] - edges.start) > 0.0
-        inner[edges] = ~differs & (row < other)
-
-    yield from rest_blocks(part, len(labels), workers=workers)
-    rim = yield from border_vertices(geometry.faces, workers)
-    boundary[rim] = True
-
-    def follow(start: int, stop: int) -> None:
-        edges, row, other = graph.edges(start, stop)
-        along = inner[edges] & boundary[row] & boundary[other]
-        joins[start // BLOCK] = row[along], other[along]
-
-    yield from rest_blocks(follow, len(labels), workers=workers)
-    rows, others = zip(*joins, strict=True)
-    return boundary, np.concatenate(rows), np.concatenate(others)
-
-
-def border_vertices(faces: Indices, workers: int = 0) -> Rests[Indices]:
-    """Return the vertices on edges that belong to one face only."""
-    if not len(faces):
-        return np.empty(0, dtype=np.intp)
-    count = int(faces.max()) + 1
-    start, end = faces.T.ravel(), np.roll(faces, -1, axis=1).T.ravel()
-    yield
-    key = np.minimum(start, end) * count + np.maximum(start, end)
-    yield
-    _, key = yield from sort(key, workers=workers)
-    differs = np.concatenate([[True], key[1:] != key[:-1], [True]])
-    ends = np.divmod(key[differs[1:] & differs[:-1]], count)
-    return np.unique(np.concatenate(ends))
-
-
-def _components(graph: Graph, joined: NDArray[np.bool_]) -> Rests[Indices]:
-    """Return the connected component of every vertex along the `joined` edges (e,).
-
-    One direction of an edge will do. Components are numbered in the order of first vertices.
-    """
-    count = len(graph.indptr) - 1
+    run_blocks(join, len(saliency))
     indptr = np.concatenate([[0], np.cumsum(joined)])[graph.indptr]
-    yield
     indices = graph.indices[joined]
     ones = np.ones(len(indices), dtype=np.int8)
-    yield
-    matrix = sparse.csr_array((ones, indices, indptr), shape=(count, count))
-    yield
-    return csgraph.connected_components(matrix, directed=False)[1].astype(np.intp)
+    matrix = sparse.csr_array((ones, indices, indptr), shape=(len(saliency), len(saliency)))
+    labels: Indices = csgraph.connected_components(matrix, directed=False)[1].astype(np.intp)
+    return labels
+
+
+def boundary_vertices(faces: Indices, graph: Graph, labels: Indices) -> Mask:
+    """Return the vertices (n,) next to another region, on a mesh's border, or isolated."""
+    boundary = graph.degrees == 0
+    row = np.repeat(np.arange(len(labels)), graph.degrees)
+    boundary[row[labels[row] != labels[graph.indices]]] = True
+    boundary[border_vertices(faces, len(labels))] = True
+    return boundary
+
+
+def border_vertices(faces: Indices, count: int) -> Indices:
+    """Return the vertices on edges that belong to one face only."""
+    edges = find_edges(faces, count)
+    border = edges.uses == 1
+    return np.unique(np.concatenate([edges.low[border], edges.high[border]])).astype(np.intp)
+
+
+def _edges_along(graph: Graph, labels: Indices, boundary: Mask) -> tuple[Indices, Integers]:
+    """Return the ends of the edges within regions that join boundary vertices, each once."""
+    row = np.repeat(np.arange(len(labels)), graph.degrees)
+    other = graph.indices
+    along = (row < other) & boundary[row] & boundary[other]
+    along &= labels[row] == labels[other]
+    return row[along], other[along]
 
 
 def _chains(
-    points: Floats, row: Indices, other: NDArray[np.integer], boundary: Indices
-) -> Rests[tuple[Indices, Indices, NDArray[np.bool_]]]:
+    points: Floats, row: Indices, other: Integers, boundary: Indices
+) -> tuple[Indices, Indices, Mask]:
     """Order boundary vertices into chains along the shortest tree that spans each boundary.
 
     Returns
@@ -167,37 +132,27 @@ def _chains(
     total, count = len(points), len(boundary)
     number = np.full(total, -1, dtype=np.intp)
     number[boundary] = np.arange(count)
-    yield
     length = np.linalg.norm(points[row] - points[other], axis=1)
-    yield
     matrix = sparse.csr_array((length, (number[row], number[other])), shape=(count, count))
-    yield
     tree = csgraph.minimum_spanning_tree(matrix).tocoo()
-    yield
     degree = np.bincount(np.concatenate([tree.row, tree.col]), minlength=count)
     simple = degree <= 2
     branching = np.zeros(total, dtype=bool)
     branching[boundary[~simple]] = True
-    yield
 
     inner = simple[tree.row] & simple[tree.col]
     ends = (tree.row[inner], tree.col[inner])
     paths = sparse.csr_array((np.ones(len(ends[0])), ends), shape=(count, count))
-    yield
     path = csgraph.connected_components(paths, directed=False)[1]
-    yield
     free = np.flatnonzero(simple & (np.bincount(np.concatenate(ends), minlength=count) <= 1))
     start = free[np.unique(path[free], return_index=True)[1]]
     if not len(start):
         return np.empty(0, dtype=np.intp), np.zeros(1, dtype=np.intp), branching
-    yield
     position = csgraph.dijkstra(
         paths, directed=False, indices=start, unweighted=True, min_only=True
     )
-    yield
     members = np.flatnonzero(simple)
     members = members[np.lexsort((position[members], path[members]))]
-    yield
     sizes = np.bincount(path[members])
     offsets = np.concatenate([[0], np.cumsum(sizes[sizes > 0])])
     return boundary[members], offsets, branching

@@ -1,0 +1,8 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What callers give, checked and cleaned once; what comes after trusts it.
+
+geometry     points, faces and normals: distinct, finite, centred, with index maps to the input
+constraints  protected and important points, seams
+seams        edges where values of corners differ
+memory       how much memory an input takes
+"""
