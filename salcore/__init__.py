@@ -13,8 +13,7 @@ from .input.memory import estimated_memory
 from .input.seams import find_seams
 from .measure.distances import Surface
 from .measure.errors import Deviation, Errors, compare, make_surface
-from .parameter import Parameter
-from .parameters import PRESETS, TABLE, TARGETS, Parameters
+from .parameters import PRESETS, TABLE, TARGETS, Parameter, Parameters
 from .pipeline import analyze, simplify
 from .simplification import Report, Simplification
 

@@ -9,18 +9,100 @@ parameters, Blender properties and the README's table are generated from the row
 from __future__ import annotations
 
 import dataclasses
+import math
+import numbers
+import reprlib
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+
 from .errors import ParameterError
-from .parameter import Parameter, shown
+
+
+@dataclass(frozen=True, kw_only=True)
+class Parameter:
+    """One row of the table.
+
+    Attributes
+    ----------
+    name, label : str
+        The Python name, and the words a user interface shows.
+    type : type
+        `bool`, `int`, `float` or `str`; a `str` parameter has `choices`.
+    default, paper : bool, int, float or str
+        Values in the presets "default" and "paper".
+    minimum, maximum : float
+        Inclusive bounds of a number.
+    choices : tuple of str
+        Allowed values of a `str` parameter.
+    unit : str
+        Unit of a number; empty for counts, shares and choices.
+    symbol : str
+        The paper's symbol or equation number; empty for our extensions.
+    group : str
+        The stage the parameter belongs to, in the paper's order.
+    sentence : str
+        What the value does, for tooltips and help.
+    """
+
+    name: str
+    label: str
+    type: type
+    default: Any
+    paper: Any
+    minimum: float = -math.inf
+    maximum: float = math.inf
+    choices: tuple[str, ...] = ()
+    unit: str = ""
+    symbol: str = ""
+    group: str = ""
+    sentence: str = ""
+
+    def check(self, value: Any) -> Any:
+        """Return `value` as this parameter's type, or raise `ParameterError`."""
+        if self.type is str:
+            if not isinstance(value, str) or value not in self.choices:
+                raise self._error(value, f"choose one of {', '.join(self.choices)}")
+            return str(value)
+        if self.type is bool:
+            if not isinstance(value, numbers.Real | np.bool_) or value not in (True, False):
+                raise self._error(value, "give True or False")
+            return bool(value)
+        kind = "a whole number" if self.type is int else "a number"
+        if isinstance(value, bool) or not isinstance(value, numbers.Real):
+            raise self._error(value, f"give {kind}")
+        try:
+            number = float(value)
+        except OverflowError:  # a whole number of hundreds of digits
+            number = math.inf
+        if self.type is int and math.isfinite(number) and not number.is_integer():
+            raise self._error(value, "give a whole number")
+        if not self.minimum <= number <= self.maximum:
+            raise self._error(value, f"give {kind} from {self.minimum:g} to {self.maximum:g}")
+        return self.type(value)
+
+    def _error(self, value: Any, remedy: str) -> ParameterError:
+        return ParameterError(f"{self.name}={shown(value)}: {remedy}")
+
+
+def shown(value: Any) -> str:
+    """Return a value as a message shows it: short, whatever it is."""
+    try:
+        return reprlib.repr(value)
+    except ValueError:  # a whole number of thousands of digits
+        return f"<{type(value).__name__}>"
+
 
 _ROW = "row"
 
 
-def _row(default: Any, label: str, sentence: str, *, paper: Any = None, **row: Any) -> Any:
+def _row(
+    group: str, default: Any, label: str, *, sentence: str, paper: Any = None, **row: Any
+) -> Any:
     """Make a dataclass field that carries its row of the table; the name follows later."""
     row |= {
+        "group": group,
         "label": label,
         "type": type(default),
         "default": default,
@@ -40,241 +122,93 @@ class Parameters:
         If a value has the wrong type, is out of bounds or is not among the choices.
     """
 
-    invalid: str = _row(
-        "drop",
-        "Invalid points",
-        "Drop points with NaN or infinite coordinates, or refuse the whole input.",
-        choices=("drop", "refuse"),
-        group="Input",
-    )
-    graph: str = _row(
-        "surface",
-        "Graph",
-        "Neighbours: edges of the mesh, or of tangent-plane Delaunay stars on a cloud (surface); "
-        "or edges of the 3D Delaunay triangulation, which ignores faces (delaunay).",
-        paper="delaunay",
-        choices=("surface", "delaunay"),
-        symbol="§2.1",
-        group="Graph",
-    )
-    neighbors: int = _row(
-        16,
-        "Nearest neighbours",
-        "Nearest points among which the star of a cloud's point is sought.",
-        minimum=4,
-        maximum=64,
-        group="Graph",
-    )
-    level: int = _row(
-        1,
-        "Level",
-        "Rings of neighbours that make a neighbourhood; more smooths noise and small features.",
-        minimum=1,
-        maximum=8,
-        unit="rings",
-        symbol="k",
-        group="Graph",
-    )
-    normals: str = _row(
-        "best",
-        "Normals",
-        "Take the given normals, else those of the faces, else fit planes (best); "
-        "or always fit planes (pca).",
-        paper="pca",
-        choices=("best", "pca"),
+    # fmt: off
+    invalid: str = _row("Input", "drop", "Invalid points", choices=("drop", "refuse"),
+        sentence="Drop points with NaN or infinite coordinates, or refuse the whole input.")
+    graph: str = _row("Graph", "surface", "Graph", paper="delaunay",
+        choices=("surface", "delaunay"), symbol="§2.1",
+        sentence="Neighbours: edges of the mesh, or of tangent-plane Delaunay stars on a cloud "
+        "(surface); or edges of the 3D Delaunay triangulation, which ignores faces (delaunay).")
+    neighbors: int = _row("Graph", 16, "Nearest neighbours", minimum=4, maximum=64,
+        sentence="Nearest points among which the star of a cloud's point is sought.")
+    level: int = _row("Graph", 1, "Level", minimum=1, maximum=8, unit="rings", symbol="k",
+        sentence="Rings of neighbours that make a neighbourhood; more smooths noise and small "
+        "features.")
+    normals: str = _row("Normals", "best", "Normals", paper="pca", choices=("best", "pca"),
         symbol="(2.1) (2.2)",
-        group="Normals",
-    )
-    cells: int = _row(
-        8,
-        "Patch cells",
-        "Cells along each side of the square patch round a point.",
-        minimum=1,
-        maximum=32,
-        symbol="n",
-        group="Saliency",
-    )
-    angle: str = _row(
-        "auto",
-        "Angle",
-        "Angle between normals: of vectors (oriented), of lines (unoriented), of vectors where "
-        "neighbours rarely disagree (auto), or with the squared product as printed (squared). "
-        "Fitted normals have no sign and always count as lines.",
-        paper="squared",
-        choices=("auto", "oriented", "unoriented", "squared"),
-        symbol="(3.2)",
-        group="Saliency",
-    )
-    whole_percent: bool = _row(
-        False,
-        "Whole per cent",
-        "Cut the deviation factor down to whole per cent.",
-        paper=True,
-        symbol="(3.3)",
-        group="Saliency",
-    )
-    deviation_threshold: float = _row(
-        9.0,
-        "Deviation threshold",
-        "Deviation factor from which a neighbour counts as deviating; 1 % is 3.6 degrees.",
-        minimum=0.0,
-        maximum=50.0,
-        unit="%",
-        symbol="x",
-        group="Saliency",
-    )
-    counting: str = _row(
-        "ramp",
-        "Counting",
-        "A neighbour counts by its share of the threshold, up to one (ramp), or only above it "
-        "(step).",
-        paper="step",
-        choices=("ramp", "step"),
+        sentence="Take the given normals, else those of the faces, else fit planes (best); or "
+        "always fit planes (pca).")
+    cells: int = _row("Saliency", 8, "Patch cells", minimum=1, maximum=32, symbol="n",
+        sentence="Cells along each side of the square patch round a point.")
+    angle: str = _row("Saliency", "auto", "Angle", paper="squared",
+        choices=("auto", "oriented", "unoriented", "squared"), symbol="(3.2)",
+        sentence="Angle between normals: of vectors (oriented), of lines (unoriented), of vectors "
+        "where neighbours rarely disagree (auto), or with the squared product as printed "
+        "(squared). Fitted normals have no sign and always count as lines.")
+    whole_percent: bool = _row("Saliency", False, "Whole per cent", paper=True, symbol="(3.3)",
+        sentence="Cut the deviation factor down to whole per cent.")
+    deviation_threshold: float = _row("Saliency", 9.0, "Deviation threshold", minimum=0.0,
+        maximum=50.0, unit="%", symbol="x",
+        sentence="Deviation factor from which a neighbour counts as deviating; 1 % is 3.6 "
+        "degrees.")
+    counting: str = _row("Saliency", "ramp", "Counting", paper="step", choices=("ramp", "step"),
         symbol="C_x (3.6)",
-        group="Saliency",
-    )
-    dissimilarity: str = _row(
-        "share",
-        "Dissimilarity",
-        "Measure of a patch: the share of deviating neighbours, or that share's entropy.",
-        paper="entropy",
-        choices=("share", "entropy"),
-        symbol="(3.7)",
-        group="Saliency",
-    )
-    contrast: str = _row(
-        "level",
-        "Contrast",
-        "A patch is salient by how dissimilar the patches round it are (level), or by how much "
-        "they differ from it, times their height over its plane (difference).",
-        paper="difference",
-        choices=("level", "difference"),
-        symbol="(3.8)",
-        group="Saliency",
-    )
-    averaging: str = _row(
-        "weighted",
-        "Averaging",
-        "Divide the sum of weighted patch saliencies by the weights (weighted), or by the number "
-        "of neighbours (plain).",
-        paper="plain",
-        choices=("weighted", "plain"),
-        symbol="(3.9)",
-        group="Saliency",
-    )
-    scaling: str = _row(
-        "percentile",
-        "Scaling",
-        "Bring saliency to [0, 1] by its 1st and 99th percentile, or by its least and largest "
-        "value (range).",
-        paper="range",
-        choices=("percentile", "range"),
-        symbol="(3.9)",
-        group="Saliency",
-    )
-    tolerance: float = _row(
-        0.08,
-        "Tolerance",
-        "Largest difference in saliency between neighbours of one region.",
-        paper=0.00874,
-        minimum=0.0,
-        maximum=1.0,
+        sentence="A neighbour counts by its share of the threshold, up to one (ramp), or only "
+        "above it (step).")
+    dissimilarity: str = _row("Saliency", "share", "Dissimilarity", paper="entropy",
+        choices=("share", "entropy"), symbol="(3.7)",
+        sentence="Measure of a patch: the share of deviating neighbours, or that share's entropy.")
+    contrast: str = _row("Saliency", "level", "Contrast", paper="difference",
+        choices=("level", "difference"), symbol="(3.8)",
+        sentence="A patch is salient by how dissimilar the patches round it are (level), or by "
+        "how much they differ from it, times their height over its plane (difference).")
+    averaging: str = _row("Saliency", "weighted", "Averaging", paper="plain",
+        choices=("weighted", "plain"), symbol="(3.9)",
+        sentence="Divide the sum of weighted patch saliencies by the weights (weighted), or by "
+        "the number of neighbours (plain).")
+    scaling: str = _row("Saliency", "percentile", "Scaling", paper="range",
+        choices=("percentile", "range"), symbol="(3.9)",
+        sentence="Bring saliency to [0, 1] by its 1st and 99th percentile, or by its least and "
+        "largest value (range).")
+    tolerance: float = _row("Regions", 0.08, "Tolerance", paper=0.00874, minimum=0.0, maximum=1.0,
         symbol="σ (4.1)",
-        group="Regions",
-    )
-    collinear_angle: float = _row(
-        60.0,
-        "Collinear angle",
-        "Turn along a region's boundary up to which its points count as collinear.",
-        paper=0.0,
-        minimum=0.0,
-        maximum=180.0,
-        unit="degrees",
-        symbol="(4.4)",
-        group="Interest points",
-    )
-    alpha_rule: str = _row(
-        "add",
-        "Rule of α",
-        "Raise the mean saliency by α hundredths (add) or by α per cent of itself (multiply).",
-        paper="multiply",
-        choices=("add", "multiply"),
-        symbol="(4.7)",
-        group="Interest points",
-    )
-    max_gap: int = _row(
-        1,
-        "Largest gap",
-        "No removed point is more rings away from a kept one than this; 0 turns the guard off.",
-        paper=0,
-        minimum=0,
-        maximum=64,
+        sentence="Largest difference in saliency between neighbours of one region.")
+    collinear_angle: float = _row("Interest points", 60.0, "Collinear angle", paper=0.0,
+        minimum=0.0, maximum=180.0, unit="degrees", symbol="(4.4)",
+        sentence="Turn along a region's boundary up to which its points count as collinear.")
+    alpha_rule: str = _row("Interest points", "add", "Rule of α", paper="multiply",
+        choices=("add", "multiply"), symbol="(4.7)",
+        sentence="Raise the mean saliency by α hundredths (add) or by α per cent of itself "
+        "(multiply).")
+    max_gap: int = _row("Interest points", 1, "Largest gap", paper=0, minimum=0, maximum=64,
         unit="rings",
-        group="Interest points",
-    )
-    detail: float = _row(
-        3.0,
-        "Detail",
-        "Weight of saliency in the order of elimination: more lowers the error on features and "
-        "raises it elsewhere; 0 looks at the shape alone.",
-        minimum=0.0,
+        sentence="No removed point is more rings away from a kept one than this; 0 turns the "
+        "guard off.")
+    detail: float = _row("Elimination", 3.0, "Detail", minimum=0.0, maximum=100.0,
+        sentence="Weight of saliency in the order of elimination: more lowers the error on "
+        "features and raises it elsewhere; 0 looks at the shape alone.")
+    interest_weight: float = _row("Elimination", 0.0, "Interest weight", minimum=0.0,
         maximum=100.0,
-        group="Elimination",
-    )
-    interest_weight: float = _row(
-        0.0,
-        "Interest weight",
-        "Further weight of the points on the regions' boundaries in the order of elimination.",
-        minimum=0.0,
-        maximum=100.0,
-        group="Elimination",
-    )
-    evenness: float = _row(
-        0.1,
-        "Evenness",
-        "Weight of even spacing in the order of elimination, for points that no face uses.",
-        minimum=0.0,
-        maximum=100.0,
-        group="Elimination",
-    )
-    border_weight: float = _row(
-        1.0,
-        "Border weight",
-        "Weight of open borders and rims against the faces beside them.",
-        minimum=0.0,
-        maximum=1000.0,
-        group="Elimination",
-    )
-    placement: str = _row(
-        "original",
-        "Placement",
-        "Kept vertices of a mesh stay original points, or move to where the error is least "
-        "(optimal).",
-        choices=("original", "optimal"),
-        group="Elimination",
-    )
-    error_unit: str = _row(
-        "diagonal",
-        "Unit of error",
-        "Largest error as a share of the bounding box's diagonal, or as a length in the input's "
-        "unit.",
+        sentence="Further weight of the points on the regions' boundaries in the order of "
+        "elimination.")
+    evenness: float = _row("Elimination", 0.1, "Evenness", minimum=0.0, maximum=100.0,
+        sentence="Weight of even spacing in the order of elimination, for points that no face "
+        "uses.")
+    border_weight: float = _row("Elimination", 1.0, "Border weight", minimum=0.0, maximum=1000.0,
+        sentence="Weight of open borders and rims against the faces beside them.")
+    placement: str = _row("Elimination", "original", "Placement", choices=("original", "optimal"),
+        sentence="Kept vertices of a mesh stay original points, or move to where the error is "
+        "least (optimal).")
+    error_unit: str = _row("Elimination", "diagonal", "Unit of error",
         choices=("diagonal", "length"),
-        group="Elimination",
-    )
-    workers: int = _row(
-        0,
-        "Workers",
-        "Threads for the heavy steps; 0 takes one per processor. Results do not depend on it.",
-        minimum=0,
-        maximum=256,
-        group="Run",
-    )
-    memory_check: bool = _row(
-        True,
-        "Check memory",
-        "Refuse an input that would need more memory than the machine has free.",
-        group="Run",
-    )
+        sentence="Largest error as a share of the bounding box's diagonal, or as a length in the "
+        "input's unit.")
+    workers: int = _row("Run", 0, "Workers", minimum=0, maximum=256,
+        sentence="Threads for the heavy steps; 0 takes one per processor. Results do not depend "
+        "on it.")
+    memory_check: bool = _row("Run", True, "Check memory",
+        sentence="Refuse an input that would need more memory than the machine has free.")
+    # fmt: on
 
     def __post_init__(self) -> None:
         for row in TABLE:
@@ -321,54 +255,28 @@ TABLE: tuple[Parameter, ...] = tuple(
     Parameter(name=f.name, **f.metadata[_ROW]) for f in dataclasses.fields(Parameters)
 )
 
+
+def _target(name: str, default: Any, label: str, *, sentence: str, **row: Any) -> Parameter:
+    """Make the row of a target, which every preset shares."""
+    kind, group = type(default), "Target"
+    return Parameter(
+        name=name, label=label, type=kind, default=default, paper=default, group=group,
+        sentence=sentence, **row,
+    )  # fmt: skip
+
+
+# fmt: off
 TARGETS: tuple[Parameter, ...] = (
-    Parameter(
-        name="ratio",
-        label="Ratio",
-        type=float,
-        default=0.1,
-        paper=0.1,
-        minimum=0.0,
-        maximum=1.0,
-        group="Target",
-        sentence="Share of the points to keep, exact to the point.",
-    ),
-    Parameter(
-        name="count",
-        label="Count",
-        type=int,
-        default=10000,
-        paper=10000,
-        minimum=1,
-        maximum=2**31 - 1,
-        group="Target",
-        sentence="Number of points to keep, exact to the point.",
-    ),
-    Parameter(
-        name="max_error",
-        label="Largest error",
-        type=float,
-        default=0.001,
-        paper=0.001,
-        minimum=0.0,
-        maximum=1e300,
-        group="Target",
+    _target("ratio", 0.1, "Ratio", minimum=0.0, maximum=1.0,
+        sentence="Share of the points to keep, exact to the point."),
+    _target("count", 10000, "Count", minimum=1, maximum=2**31 - 1,
+        sentence="Number of points to keep, exact to the point."),
+    _target("max_error", 0.001, "Largest error", minimum=0.0, maximum=1e300,
         sentence="About the fewest points whose surface is nowhere further from an input point; "
-        "a share of the diagonal, or a length (unit of error).",
-    ),
-    Parameter(
-        name="alpha",
-        label="Threshold α",
-        type=float,
-        default=0.0,
-        paper=0.0,
-        minimum=0.0,
-        maximum=1000.0,
-        unit="%",
-        symbol="α (4.7)",
-        group="Target",
-        sentence="Points whose saliency exceeds the mean by this much are kept; "
-        "more keeps fewer points.",
-    ),
+        "a share of the diagonal, or a length (unit of error)."),
+    _target("alpha", 0.0, "Threshold α", minimum=0.0, maximum=1000.0, unit="%", symbol="α (4.7)",
+        sentence="Points whose saliency exceeds the mean by this much are kept; more keeps fewer "
+        "points."),
 )
+# fmt: on
 """What a simplification can be asked for; exactly one target is given at a time."""

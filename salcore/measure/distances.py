@@ -72,8 +72,9 @@ def nearest_points(queries: Floats, points: Floats) -> tuple[Floats, Indices]:
     """Return the distance to the nearest of `points`, and its index (-1 and infinity for none)."""
     if not len(points) or not len(queries):
         return np.full(len(queries), np.inf), np.full(len(queries), -1, dtype=np.intp)
-    distance, index = cKDTree(points, balanced_tree=False).query(queries, workers=worker_count())
-    return distance, index.astype(np.intp)
+    tree = cKDTree(points, balanced_tree=False)
+    distance, index = map(np.asarray, tree.query(queries, workers=worker_count()))
+    return distance, index
 
 
 def plane_distances(
@@ -188,9 +189,9 @@ def _tighten(
     while len(active):
         least = best[active]
         bound = np.full(len(active), np.inf) if once else least + radii.max()
-        away, found = tree.query(
-            queries[active], k=np.arange(1, width + 1), distance_upper_bound=float(bound.max())
-        )
+        furthest = float(bound.max())
+        answer = tree.query(queries[active], np.arange(1, width + 1), distance_upper_bound=furthest)
+        away, found = map(np.asarray, answer)
         query, slot = np.nonzero(away < least[:, None] + reach[found])
         face, query = found[query, slot], active[query]
         for plane in (3, 0, 1, 2):  # no corner is nearer than a plane that lies between

@@ -87,7 +87,8 @@ class EdgeBlock:
     @property
     def local(self) -> Indices:
         """(b,) int, i counted from the block's first vertex."""
-        return self.row - self.vertices.start
+        local: Indices = self.row - self.vertices.start
+        return local
 
 
 Ends = tuple[Integers, Integers]

@@ -95,7 +95,7 @@ def grow_regions(graph: Graph, saliency: Floats, tolerance: float) -> Indices:
 
 def boundary_vertices(faces: Indices, graph: Graph, labels: Indices) -> Mask:
     """Return the vertices (n,) next to another region, on a mesh's border, or isolated."""
-    boundary = graph.degrees == 0
+    boundary: Mask = graph.degrees == 0
     row = np.repeat(np.arange(len(labels)), graph.degrees)
     boundary[row[labels[row] != labels[graph.indices]]] = True
     boundary[border_vertices(faces, len(labels))] = True

@@ -151,13 +151,14 @@ def _hull_vertices(x: Floats, y: Floats, row: Indices) -> Indices:
     triangle of the origin, a and c, or on the ray of a or c and nearer to the origin than that.
     Dropping all such points again and again leaves the hulls.
     """
+    hull = np.ones(len(row), dtype=bool)
     alive = np.arange(len(row))
-    done: list[Indices] = []
     while len(alive):
         last = np.append(row[1:] != row[:-1], True)
         first = np.roll(last, 1)
+        begin, end = np.flatnonzero(first), np.flatnonzero(last)
         after, before = np.arange(1, len(row) + 1), np.arange(-1, len(row) - 1)
-        after[last], before[first] = np.flatnonzero(first), np.flatnonzero(last)
+        after[end], before[begin] = begin, end
         ax, ay, cx, cy = x[before], y[before], x[after], y[after]
         span = ax * cy - ay * cx
         turn = (x - ax) * (cy - y) - (y - ay) * (cx - x)
@@ -165,10 +166,9 @@ def _hull_vertices(x: Floats, y: Floats, row: Indices) -> Indices:
         # The turn between two points on one ray is rounding: there the nearer to the origin goes.
         (on_a, behind_a), (on_c, behind_c) = _on_ray(x, y, ax, ay), _on_ray(x, y, cx, cy)
         hidden = (inside_triangle & ~on_a & ~on_c) | behind_a | behind_c
+        hull[alive[hidden]] = False
         # Sets that lost no point are finished; the others go round again without the lost ones.
-        busy = np.logical_or.reduceat(hidden, np.flatnonzero(first))
-        again = np.repeat(busy, np.diff(np.append(np.flatnonzero(first), len(row))))
-        done.append(alive[~again])
-        stay = again & ~hidden
+        busy = np.repeat(np.logical_or.reduceat(hidden, begin), end + 1 - begin)
+        stay = np.flatnonzero(busy & ~hidden)
         alive, x, y, row = alive[stay], x[stay], y[stay], row[stay]
-    return np.sort(np.concatenate(done))
+    return np.flatnonzero(hull)

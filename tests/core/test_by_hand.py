@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 import salcore
-from salcore.geometry import clean
-from salcore.graph import build_graph
-from salcore.progress import finish
-from salcore.regions import build_regions, similar
+from salcore.input.geometry import clean
+from salcore.method.graph import build_graph
+from salcore.method.regions import build_regions, similar
+from salcore.method.saliency import edge_deviation
 
 # The corner of a cube cut off: O and one unit along each axis. All four are neighbours of each
 # other, so a vertex's plane (2.1) (2.2) is that of the face opposite to it.
@@ -31,7 +31,9 @@ def test_2_1_and_2_2_planes_go_through_the_mean_of_the_neighbours(printed):
 
 def test_3_2_and_3_3_as_printed(printed):
     # O to A: product 1/√3, squared 1/3, arccos 70.5°, 19.6 %, cut to 19. A to B: 90°, 25 %.
-    assert printed.saliency_map.deviation.tolist() == [
+    edges, frames = printed.graph.edges(0, 4), printed.frames
+    factors = edge_deviation(edges, frames.normals, frames.oriented, printed.parameters)
+    assert factors.tolist() == [
         19,
         19,
         19,
@@ -49,9 +51,9 @@ def test_3_2_and_3_3_as_printed(printed):
 
 def test_3_4_to_3_9_as_printed(printed):
     parts, frames = printed.saliency_map, printed.frames
-    scale = printed.geometry.scale
+    scale = printed.geometry.to_unit
     # (3.5): the farthest neighbour is 1 from O, √2 from A.
-    assert frames.scale / scale == pytest.approx([1, *[np.sqrt(2)] * 3])
+    assert frames.radius / scale == pytest.approx([1, *[np.sqrt(2)] * 3])
     # Heights over the planes give K = mean of 2h/d²: three of 2/√3, or -2, -1 and -1.
     assert np.abs(frames.curvature) * scale == pytest.approx([2 / np.sqrt(3), *[4 / 3] * 3])
     # A: each neighbour fills a cell of its own.
@@ -100,7 +102,7 @@ def path(count):
     points = np.column_stack([np.arange(float(count)), np.arange(count) % 2, np.zeros(count)])
     faces = np.arange(count - 2)[:, None] + [0, 1, 2]
     geometry = clean(points, faces)
-    return geometry, finish(build_graph(geometry, salcore.Parameters()))
+    return geometry, build_graph(geometry, salcore.Parameters())
 
 
 def test_4_1_and_4_2_similar_neighbours_and_the_regions_they_make():
@@ -112,7 +114,7 @@ def test_4_1_and_4_2_similar_neighbours_and_the_regions_they_make():
     assert [set(other[joined & (row == i)].tolist()) for i in range(6)] == [
         {2}, {3}, {0}, {1, 5}, set(), {3},
     ]  # fmt: skip
-    regions = finish(build_regions(geometry, graph, saliency, 0.0625))
+    regions = build_regions(geometry, graph, saliency, 0.0625)
     assert regions.labels.tolist() == [0, 1, 0, 1, 2, 1]
     assert regions.boundary.all()
 

@@ -9,10 +9,9 @@ import pytest
 from shapes import bumpy, cube_cloud, grid, sphere_cloud, torus, turned
 
 import salcore
-from salcore.interest import boundary_extremities
-from salcore.progress import finish
-from salcore.regions import Regions
-from salcore.saliency import deviating
+from salcore.method.interest import boundary_extremities
+from salcore.method.regions import Regions
+from salcore.method.saliency import deviating, edge_deviation
 
 P = salcore.Parameters
 
@@ -54,7 +53,7 @@ def test_equal_chains_keep_equal_bends():
             np.zeros(4000, int), 1, np.ones(4000, bool), np.arange(4000),
             np.arange(0, 4001, 4), np.zeros(4000, bool),
         )  # fmt: skip
-        kept = finish(boundary_extremities(turned(points, seed), regions, 60.0)).reshape(1000, 4)
+        kept = boundary_extremities(turned(points, seed), regions, 60.0).reshape(1000, 4)
         assert (kept == [True, True, False, True]).all()
 
 
@@ -176,14 +175,19 @@ def test_fitted_normals_have_no_sign_whatever_is_asked():
     assert (first.saliency == second.saliency).all()
 
 
+def deviations(analysis):
+    edges, frames = analysis.graph.edges(0, len(analysis.saliency)), analysis.frames
+    return edge_deviation(edges, frames.normals, frames.oriented, analysis.parameters)
+
+
 def test_given_signs_count_where_asked_even_if_they_disagree():
     points, _ = grid(9, 9)
     normals = np.tile([0.0, 0.0, 1.0], (81, 1))
     normals[::2] *= -1.0
     asked = salcore.analyze(points, normals=normals, parameters=P(angle="oriented"))
     auto = salcore.analyze(points, normals=normals)
-    assert asked.saliency_map.deviation.max() == 50.0
-    assert auto.saliency_map.deviation.max() == 0.0
+    assert deviations(asked).max() == 50.0
+    assert deviations(auto).max() == 0.0
 
 
 @pytest.mark.parametrize("target", [{"alpha": 20}, {"ratio": 0.2}, {"max_error": 0.01}])
@@ -196,8 +200,8 @@ def test_the_fraction_of_both_steps_goes_once_from_0_to_1(target):
 
 def test_errors_are_measured_once():
     result = salcore.simplify(bumpy(300), ratio=0.2)
-    errors = finish(result.errors_steps())
-    assert finish(result.errors_steps()) is errors
+    errors = result.measure()
+    assert result.measure() is result.errors is errors
     assert result.report.errors is errors
 
 

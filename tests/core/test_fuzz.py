@@ -125,39 +125,39 @@ def test_anything_works_and_holds_together(shape, parameters, target):
 
 @drawn
 @given(strategies.shapes(), st.sampled_from(salcore.PRESETS), st.data())
-def test_counts_wishes_and_ranking(shape, preset, data):
+def test_counts_constraints_and_ranking(shape, preset, data):
     points = as_floats(shape)
     analysis = salcore.analyze(
         shape.points, shape.faces, shape.normals, salcore.Parameters.preset(preset)
     )
     finite = np.isfinite(points).all(axis=1)
-    rng = np.random.default_rng(data.draw(st.integers(0, 999), label="wishes"))
+    rng = np.random.default_rng(data.draw(st.integers(0, 999), label="constraints"))
     total, available = len(points), int(finite.sum())
     protect = rng.random(total) < data.draw(st.sampled_from([0.0, 0.1, 1.0]), label="protected")
-    wishes = {
+    constraints = {
         "protect": data.draw(st.sampled_from([None, protect]), label="protect"),
         "importance": data.draw(
             st.sampled_from([None, np.zeros(total), rng.random(total) * 1e100]), label="importance"
         ),
     }
     if total and data.draw(st.booleans(), label="seams"):
-        wishes["seams"] = rng.integers(0, total, (total // 2, 2))
+        constraints["seams"] = rng.integers(0, total, (total // 2, 2))
     if not available:
-        assert len(analysis.simplify(ratio=0.5, **wishes).indices) == 0
+        assert len(analysis.simplify(ratio=0.5, **constraints).indices) == 0
         return
     count = data.draw(st.integers(1, available), label="count")
     held = len(np.unique(analysis.geometry.vertex_of[protect & finite]))
-    if wishes["protect"] is not None and count < held:
+    if constraints["protect"] is not None and count < held:
         with pytest.raises(salcore.ParameterError, match=f"but {held} are protected; give more"):
-            analysis.simplify(count=count, **wishes)
+            analysis.simplify(count=count, **constraints)
         count = available
-    result = analysis.simplify(count=count, **wishes)
+    result = analysis.simplify(count=count, **constraints)
     assert len(result.indices) == count
     check_result(result, analysis, points, shape.faces)
-    if wishes["protect"] is not None:
+    if constraints["protect"] is not None:
         held = np.flatnonzero(protect & finite)
         assert (points[result.indices[result.source[held]]] == points[held]).all()
-    ranking = salcore.run(analysis.ranking_steps(**wishes))
+    ranking = analysis.ranking(**constraints)
     assert sorted(ranking.rank) == list(range(total))
     assert (np.flatnonzero(ranking.rank < count) == result.indices).all()
     child = np.flatnonzero(ranking.parent >= 0)

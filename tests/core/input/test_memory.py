@@ -8,7 +8,7 @@ import pytest
 from shapes import bumpy
 
 import salcore
-from salcore import memory
+from salcore.input import memory
 
 P = salcore.Parameters
 

@@ -79,7 +79,7 @@ def test_meshes_stay_closed_and_every_point_goes_in_the_end():
         )
         assert (np.unique(edges, axis=0, return_counts=True)[1] == 2).all()
     assert len(analysis.simplify(count=1, seams=seams).indices) == 1
-    order = salcore.run(analysis.ranking_steps(seams=seams))
+    order = analysis.ranking(seams=seams)
     assert sorted(order.rank.tolist()) == list(range(len(points)))
 
 

@@ -8,15 +8,14 @@ from scipy.spatial import Delaunay
 from shapes import grid, sphere_cloud
 
 import salcore
-from salcore.geometry import clean
-from salcore.graph import build_graph
-from salcore.progress import finish
+from salcore.input.geometry import clean
+from salcore.method.graph import build_graph
 from salcore.triangles import star_triangles
 
 
 def graph_of(points, faces=None, **changes):
     parameters = salcore.Parameters(**changes)
-    return finish(build_graph(clean(points, faces), parameters))
+    return build_graph(clean(points, faces), parameters)
 
 
 def neighbours(graph, vertex):
@@ -63,7 +62,7 @@ def test_stars_of_a_square_lattice_agree_on_one_diagonal_a_square():
         for y in range(8):
             a, b, c, d = (9 * y + x + step for step in (0, 1, 10, 9))
             assert (c in neighbours(graph, a)) != (d in neighbours(graph, b))
-    corners = points[finish(star_triangles(graph.stars))]
+    corners = points[star_triangles(graph.stars)]
     area = 0.5 * np.linalg.norm(
         np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
     )

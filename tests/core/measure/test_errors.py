@@ -7,8 +7,7 @@ from models import load_model
 from shapes import grid, sphere_cloud, torus
 
 import salcore
-from salcore.distances import distances, triangle_distances
-from salcore.progress import finish
+from salcore.measure.distances import distances, triangle_distances
 
 
 def test_triangle_distances_by_hand():
@@ -35,13 +34,13 @@ def test_distances_to_a_mesh_of_faces_of_all_sizes():
         [triangle_distances(queries, np.broadcast_to(c, (500, 3, 3))) for c in corners], axis=0
     )
     surface = salcore.Surface(points, faces)
-    assert finish(distances(queries, surface))[1] == pytest.approx(expected)
+    assert distances(queries, surface)[1] == pytest.approx(expected)
 
 
 def test_points_that_no_face_uses_are_surface_too():
     points, faces = grid(3, 3)
     surface = salcore.make_surface(np.concatenate([points, [[9.0, 0, 0]]]), faces)
-    assert finish(distances(np.array([[9.0, 0, 1]]), surface))[1] == pytest.approx([1.0])
+    assert distances(np.array([[9.0, 0, 1]]), surface)[1] == pytest.approx([1.0])
 
 
 def test_errors_both_ways():
@@ -63,7 +62,7 @@ def test_tangent_planes_stand_for_the_surface_of_a_cloud():
 def test_a_refined_mesh_lies_on_its_surface():
     points, faces = torus(30, 20)
     middle = points[faces].mean(axis=1)
-    to_point, to_surface = finish(distances(middle, salcore.make_surface(points, faces)))
+    to_point, to_surface = distances(middle, salcore.make_surface(points, faces))
     assert to_surface.max() < 1e-12
     assert to_point.min() > 0.01
 

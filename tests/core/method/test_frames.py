@@ -6,13 +6,13 @@ import pytest
 from shapes import grid, hull_mesh, sphere_cloud, torus
 
 import salcore
-from salcore.planes import tangent_basis, vertex_normals
+from salcore.method.planes import tangent_basis, vertex_normals
 
 
 def frames_of(points, faces=None, normals=None, **changes):
     analysis = salcore.analyze(points, faces, normals, salcore.Parameters(**changes))
     frames = analysis.frames
-    return frames, frames.curvature * analysis.geometry.scale
+    return frames, frames.curvature * analysis.geometry.to_unit
 
 
 def test_tangent_basis_is_orthonormal():

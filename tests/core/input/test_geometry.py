@@ -9,7 +9,7 @@ from models import FOLDER, load_model
 from shapes import bumpy, grid
 
 import salcore
-from salcore.geometry import clean, unit
+from salcore.input.geometry import clean, unit
 
 NASTY = [
     "abominevole.off", "cube_40k.obj", "degtri_sliding.off", "kinect_nan.ply",
@@ -23,10 +23,11 @@ def test_points_are_centred_and_scaled_by_a_power_of_two():
     geometry = clean(points)
     diagonal = np.linalg.norm(np.ptp(geometry.points, axis=0))
     assert 0.5 <= diagonal < 1
-    assert np.frexp(geometry.scale)[0] == 0.5
-    back = geometry.points / geometry.scale
+    assert np.frexp(geometry.to_unit)[0] == 0.5
+    back = geometry.points / geometry.to_unit
     assert back - back[0] == pytest.approx(points - points[0], abs=1e-9)
-    assert geometry.diagonal == pytest.approx(np.linalg.norm(np.ptp(points, axis=0)))
+    whole = np.linalg.norm(np.ptp(points, axis=0))
+    assert geometry.unit_diagonal / geometry.to_unit == pytest.approx(whole)
 
 
 def test_duplicates_are_welded_to_the_first():

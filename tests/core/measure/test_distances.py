@@ -6,8 +6,7 @@ import pytest
 from shapes import bumpy, grid, hull_mesh, sphere_cloud, torus
 
 import salcore
-from salcore.distances import distances, triangle_distances
-from salcore.progress import finish
+from salcore.measure.distances import distances, triangle_distances
 
 STEPS = 48
 WEIGHTS = np.array(
@@ -98,6 +97,6 @@ def test_errors_have_the_unit_of_the_input(scale):
 def test_one_triangle_against_its_own_corners():
     points, faces = np.array([[0, 0, 0], [3, 0, 0], [0, 4, 0.0]]), [[0, 1, 2]]
     middle = np.array([[1.5, 2.0, 0.0], [1.0, 1.0, 2.0]])
-    to_point, to_surface = finish(distances(middle, salcore.make_surface(points, faces)))
+    to_point, to_surface = distances(middle, salcore.make_surface(points, faces))
     assert to_surface == pytest.approx([0.0, 2.0])
     assert to_point == pytest.approx([2.5, np.sqrt(6)])

@@ -9,11 +9,10 @@ import pytest
 from shapes import bumpy, grid
 
 import salcore
-from salcore.coverage import close_gaps
-from salcore.geometry import clean
-from salcore.graph import build_graph
-from salcore.progress import finish
-from salcore.regions import border_vertices, build_regions
+from salcore.method.coverage import close_gaps
+from salcore.input.geometry import clean
+from salcore.method.graph import build_graph
+from salcore.method.regions import border_vertices, build_regions
 
 
 def labelled_by_the_algorithm(graph, saliency, tolerance):
@@ -39,21 +38,21 @@ def labelled_by_the_algorithm(graph, saliency, tolerance):
 def scene():
     points = bumpy(700)
     geometry = clean(points)
-    graph = finish(build_graph(geometry, salcore.Parameters()))
+    graph = build_graph(geometry, salcore.Parameters())
     return geometry, graph, np.random.default_rng(7).random(700)
 
 
 @pytest.mark.parametrize("tolerance", [0.0, 0.05, 0.2, 1.0])
 def test_regions_are_those_of_algorithm_1(scene, tolerance):
     geometry, graph, saliency = scene
-    regions = finish(build_regions(geometry, graph, saliency, tolerance))
+    regions = build_regions(geometry, graph, saliency, tolerance)
     assert (regions.labels == labelled_by_the_algorithm(graph, saliency, tolerance)).all()
     assert regions.count == regions.labels.max() + 1
 
 
 def test_boundary_vertices_see_another_region(scene):
     geometry, graph, saliency = scene
-    regions = finish(build_regions(geometry, graph, saliency, 0.1))
+    regions = build_regions(geometry, graph, saliency, 0.1)
     for i in range(len(saliency)):
         around = graph.indices[graph.indptr[i] : graph.indptr[i + 1]]
         assert regions.boundary[i] == (regions.labels[around] != regions.labels[i]).any()
@@ -61,7 +60,7 @@ def test_boundary_vertices_see_another_region(scene):
 
 def test_chains_follow_edges_within_a_region_and_cover_the_boundary(scene):
     geometry, graph, saliency = scene
-    regions = finish(build_regions(geometry, graph, saliency, 0.1))
+    regions = build_regions(geometry, graph, saliency, 0.1)
     matrix = graph.matrix()
     covered = regions.branching.copy()
     assert not covered[regions.chains].any()
@@ -78,7 +77,7 @@ def test_chains_follow_edges_within_a_region_and_cover_the_boundary(scene):
 def test_the_border_of_a_mesh_is_a_boundary():
     points, faces = grid(4, 5)
     rim = np.isin(points[:, 0], (0, 4)) | np.isin(points[:, 1], (0, 3))
-    assert finish(border_vertices(faces)).tolist() == np.flatnonzero(rim).tolist()
+    assert border_vertices(faces).tolist() == np.flatnonzero(rim).tolist()
     assert (salcore.analyze(points, faces).segmentation.boundary == rim).all()
 
 
@@ -91,14 +90,14 @@ def path_graph(count):
     points = np.column_stack([np.arange(float(count)), np.zeros((count, 2))])
     faces = np.column_stack([np.arange(count - 2), np.arange(1, count - 1), np.arange(2, count)])
     geometry = clean(points, faces)
-    return geometry, finish(build_graph(geometry, salcore.Parameters()))
+    return geometry, build_graph(geometry, salcore.Parameters())
 
 
 def test_guard_adds_nothing_where_nothing_is_missing():
     geometry, graph = path_graph(9)  # each vertex is joined to those at most two away
     kept = np.zeros(9, bool)
     kept[[2, 6]] = True
-    added, source = finish(close_gaps(geometry.points, graph, kept, 1))
+    added, source = close_gaps(geometry.points, graph, kept, 1)
     assert not added.any()
     assert source.tolist() == [2, 2, 2, 2, 2, 6, 6, 6, 6] or source.tolist() == [
         2,
@@ -118,7 +117,7 @@ def test_added_points_are_apart_and_close_every_gap(max_gap):
     geometry, graph = path_graph(60)
     kept = np.zeros(60, bool)
     kept[0] = True
-    added, source = finish(close_gaps(geometry.points, graph, kept, max_gap))
+    added, source = close_gaps(geometry.points, graph, kept, max_gap)
     living = np.flatnonzero(added | kept)
     steps = -(-np.diff(living) // 2)  # two vertices a ring
     assert steps.min() > max_gap
@@ -130,10 +129,10 @@ def test_added_points_are_apart_and_close_every_gap(max_gap):
 def test_without_guard_sources_reach_across_components():
     points = np.concatenate([bumpy(50), bumpy(50, seed=1) + 100])
     geometry = clean(points)
-    graph = finish(build_graph(geometry, salcore.Parameters()))
+    graph = build_graph(geometry, salcore.Parameters())
     kept = np.zeros(100, bool)
     kept[3] = True
-    added, source = finish(close_gaps(geometry.points, graph, kept, 0))
+    added, source = close_gaps(geometry.points, graph, kept, 0)
     assert not added.any()
     assert (source == 3).all()
-    assert (finish(close_gaps(geometry.points, graph, np.zeros(100, bool), 0))[1] == -1).all()
+    assert (close_gaps(geometry.points, graph, np.zeros(100, bool), 0)[1] == -1).all()

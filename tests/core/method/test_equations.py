@@ -5,10 +5,11 @@ import numpy as np
 import pytest
 
 import salcore
-from salcore.frames import build_frames
-from salcore.geometry import clean
-from salcore.graph import build_graph
-from salcore.interest import (
+from salcore import method
+from salcore.method.frames import build_frames, principal_directions
+from salcore.input.geometry import clean
+from salcore.method.graph import build_graph
+from salcore.method.interest import (
     boundary_extremities,
     gap_fillers,
     global_mean,
@@ -16,12 +17,18 @@ from salcore.interest import (
     salient_points,
     triangle_areas,
 )
-from salcore.metrics import Deviation
-from salcore.patches import deviation_factor, mean_of_cells, normal_angle, patch_cells, patch_side
-from salcore.planes import fit_normals
-from salcore.progress import finish
-from salcore.regions import Regions, similar
-from salcore.saliency import deviating, entropy, scale_saliency, similarity
+from salcore.measure.errors import Deviation
+from salcore.method.patches import deviation_factor, mean_of_cells, normal_angle, patch_cells, patch_side
+from salcore.method.planes import covariance, fit_normals, mean_offset
+from salcore.method.regions import Regions, similar
+from salcore.method.saliency import (
+    deviating,
+    entropy,
+    patch_saliency,
+    scale_saliency,
+    similarity,
+    vertex_saliency,
+)
 
 X, Y, Z = np.eye(3)
 BOTH = np.array([True])
@@ -42,8 +49,17 @@ def regions_of(labels, boundary=None, chains=(), offsets=(0,)):
 
 def test_2_1_and_2_2_plane_of_a_cross():
     # Neighbours (±2, 0, 0) and (0, ±1, 0): mean 0, covariance diag(8, 2, 0).
-    covariance = np.diag([8.0, 2.0, 0.0])[None]
-    assert np.abs(fit_normals(covariance)[0]) == pytest.approx(Z)
+    spread = np.diag([8.0, 2.0, 0.0])[None]
+    assert np.abs(fit_normals(spread)[0]) == pytest.approx(Z)
+
+
+def test_2_1_and_2_2_mean_and_covariance():
+    offsets = np.array([[2.0, 0, 0], [0, 2, 0], [4, 4, 0], [1, 1, 1]])
+    row, indptr = np.array([0, 0, 0, 1]), np.array([0, 3, 4, 4])
+    assert mean_offset(offsets, indptr).tolist() == [[2, 2, 0], [1, 1, 1], [0, 0, 0]]
+    # Offsets from the mean: (0, -2), (-2, 0), (2, 2).
+    assert covariance(offsets, row, indptr)[0].tolist() == [[8, 4, 0], [4, 8, 0], [0, 0, 0]]
+    assert not covariance(offsets, row, indptr)[1:].any()
 
 
 def test_2_2_principal_directions_of_a_cross():
@@ -51,12 +67,15 @@ def test_2_2_principal_directions_of_a_cross():
     faces = np.array([[0, 1, 3], [0, 3, 2], [0, 2, 4], [0, 4, 1]])
     geometry = clean(points, faces)
     parameters = salcore.Parameters()
-    graph = finish(build_graph(geometry, parameters))
-    frames = finish(build_frames(geometry, graph, parameters))
+    graph = build_graph(geometry, parameters)
+    frames = build_frames(geometry, graph, parameters)
     assert frames.normals[0] == pytest.approx(Z)
-    assert np.abs(frames.minor[0]) == pytest.approx(Y)
-    assert np.abs(frames.major[0]) == pytest.approx(X)
-    assert frames.scale[0] / geometry.scale == pytest.approx(2.0)  # (3.5)
+    edges = graph.edges(0, 1)
+    offsets = geometry.points[edges.other] - geometry.points[0]
+    minor, major = principal_directions(offsets, frames.normals[:1], edges.local, edges.indptr)
+    assert np.abs(minor[0]) == pytest.approx(Y)
+    assert np.abs(major[0]) == pytest.approx(X)
+    assert frames.radius[0] / geometry.to_unit == pytest.approx(2.0)  # (3.5)
 
 
 def test_2_2_collinear_neighbours_have_no_normal():
@@ -174,11 +193,37 @@ def test_3_8_as_printed_weighs_by_height():
         contrast="difference", counting="step", scaling="range", averaging="plain"
     )
     analysis = salcore.analyze(points, faces, normals, parameters)
-    parts, scale = analysis.saliency_map, analysis.frames.scale.mean()
+    parts, scale = analysis.saliency_map, analysis.frames.radius.mean()
     # Shares: the apex sees 4 of 4 deviate; each other vertex sees only the apex, 1 of 3.
     assert parts.dissimilarity == pytest.approx([1, 1 / 3, 1 / 3, 1 / 3, 1 / 3])
-    height = 1.0 * analysis.geometry.scale / scale
+    height = 1.0 * analysis.geometry.to_unit / scale
     assert parts.patch[0] == pytest.approx((1 - 1 / 3) * height)
+
+
+def test_3_8_level_and_difference():
+    own, other = np.array([0.5, 0.5, 0.0]), np.array([0.25, 1.0, 0.5])
+    indptr = np.array([0, 2, 3, 3])
+    assert patch_saliency(own, other, indptr).tolist() == [0.625, 0.5, 0.0]
+    height = np.array([1.0, 2.0, 4.0])
+    # (0.25 · 1 + 0.5 · 2) / 2 and 0.5 · 4, in units of 2.
+    assert patch_saliency(own, other, indptr, height, 2.0).tolist() == [0.3125, 1.0, 0.0]
+
+
+def test_3_9_weighted_and_plain():
+    patch, weight = np.array([1.0, 2.0, 3.0]), np.array([0.5, 1.0, 0.0])
+    indptr = np.array([0, 2, 3, 3])
+    assert vertex_saliency(patch, weight, indptr, "plain").tolist() == [1.25, 0.0, 0.0]
+    weighted = vertex_saliency(patch, weight, indptr, "weighted")
+    assert weighted == pytest.approx([2.5 / 1.5, 0.0, 0.0])
+
+
+def test_every_equation_has_a_function_that_names_it():
+    numbers = [f"2.{k}" for k in (1, 2)] + [f"3.{k}" for k in range(1, 10)]
+    assert list(method.EQUATIONS) == numbers + [f"4.{k}" for k in range(1, 8)]
+    for number, function in method.EQUATIONS.items():
+        assert f"({number})" in function.__doc__, function
+        assert f"({number})" in method.__doc__
+        assert f".{function.__name__}`" in method.__doc__
 
 
 def test_3_9_scaling():
@@ -207,9 +252,9 @@ def test_4_4_extremities_of_a_bent_chain():
     points = np.column_stack([points, np.zeros(6)])
     regions = regions_of([0] * 6, [True] * 6, range(6), [0, 6])
     for angle in (0.0, 30.0, 60.0):
-        keep = finish(boundary_extremities(points, regions, angle))
+        keep = boundary_extremities(points, regions, angle)
         assert keep.tolist() == [True, False, False, True, False, True]
-    keep = finish(boundary_extremities(points, regions, 120.0))
+    keep = boundary_extremities(points, regions, 120.0)
     assert keep.tolist() == [True] + 4 * [False] + [True]
 
 
@@ -217,7 +262,7 @@ def test_4_4_a_slow_bend_keeps_a_vertex_for_every_tolerance():
     angle = np.radians(np.arange(0.0, 181.0, 5.0))
     points = np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
     regions = regions_of([0] * 37, [True] * 37, range(37), [0, 37])
-    kept = np.flatnonzero(finish(boundary_extremities(points, regions, 30.0)))
+    kept = np.flatnonzero(boundary_extremities(points, regions, 30.0))
     assert kept[0] == 0
     assert kept[-1] == 36
     assert np.diff(kept).max() <= 7
@@ -252,7 +297,7 @@ def test_gap_rule_keeps_the_low_point_nearest_to_the_midpoint():
     regions = regions_of([0, 0, 0, 0, 1])
     edge = np.array([True, False, False, False, False])
     salient = np.array([False, True, False, False, False])
-    fillers = finish(gap_fillers(points, regions, edge, salient))
+    fillers = gap_fillers(points, regions, edge, salient)
     assert fillers.tolist() == [False, False, True, False, False]
 
 
@@ -260,7 +305,7 @@ def test_gap_rule_without_salient_points_uses_the_region():
     x = np.array([0.0, 2.0, 4.0, 10.0])  # mean 4, midpoint 2
     points = np.column_stack([x, 0 * x, 0 * x]) / 16
     edge = np.array([True, False, False, False])
-    fillers = finish(gap_fillers(points, regions_of([0, 0, 0, 0]), edge, np.zeros(4, bool)))
+    fillers = gap_fillers(points, regions_of([0, 0, 0, 0]), edge, np.zeros(4, bool))
     assert fillers.tolist() == [False, True, False, False]
 
 
