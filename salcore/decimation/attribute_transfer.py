@@ -9,15 +9,17 @@ belong to edges.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from .geometry import Floats, Indices
+from ..arrays.blocks import worker_count
+from ..arrays.edges import edge_key
+from ..arrays.types import Floats, Indices, Keys
+from ..arrays.vectors import dot
 
 
 def corner_sources(
     corners: Indices, wanted: Indices, face_source: Indices, charts: Floats | None
-) -> NDArray[np.int64]:
+) -> Keys:
     """Return the input corner (K, 3) that each new corner takes its values from.
 
     A corner whose vertex stayed keeps its own. One whose vertex went into another takes, of all
@@ -40,7 +42,7 @@ def corner_sources(
     (K, 3) int64
         Corner c of face f is ``3 f + c``.
     """
-    own: NDArray[np.int64] = 3 * face_source[:, None].astype(np.int64) + np.arange(3)
+    own: Keys = 3 * face_source[:, None].astype(np.int64) + np.arange(3)
     moved = corners[face_source] != wanted
     if not moved.any():
         return own
@@ -54,13 +56,13 @@ def corner_sources(
     step = 2.0 * np.linalg.norm(np.ptp(values, axis=0)) + 1.0
     tree = cKDTree(np.column_stack([values[candidates], step * flat[candidates]]))
     query = np.column_stack([values[own[moved]], step * place.ravel()])
-    own[moved] = candidates[tree.query(query, workers=-1)[1]]
+    own[moved] = candidates[tree.query(query, workers=worker_count())[1]]
     return own
 
 
 def edge_sources(
     points: Floats, edges: Indices, ends: Indices, kept: Indices, new_edges: Indices
-) -> NDArray[np.int64]:
+) -> Keys:
     """Return the input edge (e,) that each new edge takes its values from, or -1.
 
     Candidates are all edges whose ends went into the ends of the new one; of several, the one that
@@ -79,25 +81,25 @@ def edge_sources(
         Ends of the new edges, as positions among the kept points.
     """
     count = max(len(kept), 1)
-    wanted = new_edges.min(axis=1) * count + new_edges.max(axis=1)
+    wanted = edge_key(new_edges[:, 0], new_edges[:, 1], count)
     order = np.argsort(wanted)
     result = np.full(len(wanted), -1, dtype=np.int64)
     old = np.flatnonzero((ends[:, 0] != ends[:, 1]) & (ends >= 0).all(axis=1))
     if not len(old) or not len(wanted):
         return result
-    key = ends[old].min(axis=1) * count + ends[old].max(axis=1)
+    key = edge_key(ends[old, 0], ends[old, 1], count)
     place = order[np.searchsorted(wanted, key, sorter=order).clip(max=len(order) - 1)]
     hit = wanted[place] == key
     old, place = old[hit], place[hit]
     start, stop = points[kept[new_edges[place]]].transpose(1, 0, 2)
     along = stop - start
-    length = np.maximum(np.einsum("ec,ec->e", along, along), np.finfo(np.float64).tiny)
+    length = np.maximum(dot(along, along), np.finfo(np.float64).tiny)
     away = np.zeros(len(old))
     for end in edges[old].T:
         offset = points[end] - start
-        share = np.einsum("ec,ec->e", offset, along) / length
-        rest = offset - share[:, None] * along
-        away += np.einsum("ec,ec->e", rest, rest)
+        share = dot(offset, along) / length
+        across = offset - share[:, None] * along
+        away += dot(across, across)
     worst_first = np.lexsort((-old, -away))  # what is written last stays
     result[place[worst_first]] = old[worst_first]
     return result

@@ -6,18 +6,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from .blocks import rest_blocks
-from .geometry import Floats, Indices
-from .progress import Rests
+from ..arrays.blocks import run_blocks
+from ..arrays.edges import Edges
+from ..arrays.types import Floats, Indices, Integers, Ints, Mask
+from ..arrays.vectors import sum_by_label
 from .quadrics import monomials, point_quadrics, vertex_quadrics
-from .triangles import Edges
-
-Mask = NDArray[np.bool_]
-Ints = NDArray[np.int32]
 
 COST_BLOCK = 1 << 15
+"""Half-edges whose costs are worked out at once."""
+LEAST_AREA = 1e-3
+"""Share of the mean area of vertices that each counts at least."""
 
 
 @dataclass(frozen=True)
@@ -31,7 +30,7 @@ class Weights:
     evenness : (n,) float64
         Weight of the squared distance to the vertices that went into one, against that to their
         planes.
-    lenient : (n,) bool
+    guessed_surface : (n,) bool
         Vertices on a surface that is only guessed: a forbidden collapse is put off, not refused.
     protected : (n,) bool
         Vertices that go last of all.
@@ -41,7 +40,7 @@ class Weights:
 
     factor: Floats
     evenness: Floats
-    lenient: Mask
+    guessed_surface: Mask
     protected: Mask
     border: float
 
@@ -53,102 +52,100 @@ class Costs:
     Attributes
     ----------
     points : (n, 3) float64
-    products : (n, 10) float64
-        `monomials` of the points.
+    monomials : (n, 10) float64
+        Of the points; times a quadric they make its error there.
     quadric : (n, 10) float64
         Sum of the quadrics of all that went into a vertex.
     area : (n,) float64
         Area that the quadric integrates over.
-    own : (n,) float64
+    self_error : (n,) float64
         Error of the quadric at the vertex itself.
     factor : (n,) float64
     protected : (n,) bool
-    workers : int
     """
 
     points: Floats
-    products: Floats
+    monomials: Floats
     quadric: Floats
     area: Floats
-    own: Floats
+    self_error: Floats
     factor: Floats
     protected: Mask
-    workers: int
 
     @classmethod
-    def start(
-        cls,
-        points: Floats,
-        faces: NDArray[np.integer],
-        edges: Edges,
-        seam: Mask,
-        weights: Weights,
-        workers: int,
-    ) -> Rests[Costs]:
-        """Rest between the parts of the work; return the costs of a surface that is still whole."""
+    def of_surface(
+        cls, points: Floats, faces: Integers, edges: Edges, seam: Mask, weights: Weights
+    ) -> Costs:
+        """Return the costs of a surface that is still whole."""
+        quadric, area = vertex_quadrics(points, faces, edges, weights.border, seam)
+        mean_area = area.mean() if area.any() else 1.0
         products = np.empty((len(points), 10))
 
-        def multiply(start: int, stop: int) -> None:
-            products[start:stop] = monomials(points[start:stop])
+        def fill(start: int, stop: int) -> None:
+            here = points[start:stop]
+            products[start:stop] = monomials(here)
+            evenness = weights.evenness[start:stop]
+            if evenness.any():
+                spread = evenness * np.maximum(area[start:stop], mean_area) / 3.0
+                quadric[start:stop] += point_quadrics(here, spread)
 
-        yield from rest_blocks(multiply, len(points), workers=workers)
-        quadric, area = yield from vertex_quadrics(
-            points, faces, edges, weights.border, workers, seam
+        run_blocks(fill, len(points))
+        return cls(
+            points,
+            products,
+            quadric,
+            area=np.maximum(area, LEAST_AREA * mean_area),
+            self_error=np.zeros(len(points)),
+            factor=weights.factor,
+            protected=weights.protected,
         )
-        mean_area = area.mean() if area.any() else 1.0
-        if weights.evenness.any():
-            spread = weights.evenness * np.maximum(area, mean_area) / 3.0
 
-            def even(start: int, stop: int) -> None:
-                quadric[start:stop] += point_quadrics(points[start:stop], spread[start:stop])
+    def evaluate(self, source: Ints, target: Ints) -> Floats:
+        """Return the cost of each source going into its target.
 
-            yield from rest_blocks(even, len(points), workers=workers)
-        area = np.maximum(area, 1e-3 * mean_area)
-        own = np.zeros(len(points))
-        return cls(points, products, quadric, area, own, weights.factor, weights.protected, workers)
-
-    def of(self, going: Ints, staying: Ints) -> Rests[Floats]:
-        """Return the cost of each vertex going into another, with rests.
-
-        The error of both quadrics at the vertex that stays, by the root of the area gone into: the
+        The error of both quadrics at the target, by the root of the area of the source: the
         integral of the squared distance would let large flat parts sink, its mean small features.
         """
-        result = np.empty(len(going))
+        result = np.empty(len(source))
 
         def kernel(start: int, stop: int) -> None:
-            i, j = going[start:stop], staying[start:stop]
-            error = np.einsum("ek,ek->e", self.quadric[i], self.products[j])
-            cost = np.maximum(error + self.own[j], 0.0) * self.factor[i]
-            cost /= np.sqrt(self.area[i])
-            cost[self.protected[i]] = np.inf
+            i, j = source[start:stop], target[start:stop]
+            quadric = self.quadric.take(i, axis=0)
+            error = np.einsum("ek,ek->e", quadric, self.monomials.take(j, axis=0))
+            cost = np.maximum(error + self.self_error.take(j), 0.0) * self.factor.take(i)
+            cost /= np.sqrt(self.area.take(i))
+            cost[self.protected.take(i)] = np.inf
             result[start:stop] = cost
 
-        yield from rest_blocks(kernel, len(going), workers=self.workers, size=COST_BLOCK)
+        run_blocks(kernel, len(source), size=COST_BLOCK)
         return result
 
-    def merge(self, gone: Indices, into: Ints) -> Rests[tuple[Ints, Floats]]:
-        """Add up quadrics on the vertices that stay.
+    def merge(self, removed: Indices, kept: Ints) -> Indices:
+        """Add what the removed stand for to the kept, and return these (c,), each once."""
+        changed, place = np.unique(kept, return_inverse=True)
+        # The area that is there comes first: sums depend on their order.
+        labels = np.concatenate([np.arange(len(changed)), place])
+        self.area[changed] = np.bincount(labels, self.area[np.concatenate([changed, removed])])
+        self.quadric[changed] += sum_by_label(
+            self.quadric.take(removed, axis=0), place, len(changed)
+        )
+        error = np.einsum(
+            "nk,nk->n", self.quadric.take(changed, axis=0), self.monomials.take(changed, axis=0)
+        )
+        self.self_error[changed] = error.clip(min=0.0)
+        return changed
 
-        Returns
-        -------
-        changed : (c,) int
-            The vertices that something went into.
-        mean_square : (g,) float64
-            Mean square distance to the planes of the vertex that each went into.
-        """
-        np.add.at(self.area, into, self.area[gone])
-        changed, place = np.unique(into, return_inverse=True)
-        yield
-        for k in range(10):
-            self.quadric[changed, k] += np.bincount(place, self.quadric[gone, k], len(changed))
-            yield
-        self.own[changed] = np.einsum(
-            "nk,nk->n", self.quadric[changed], self.products[changed]
-        ).clip(min=0.0)
-        return changed, self.own[into] / self.area[into]
+    def mean_square(self, vertices: Integers) -> Floats:
+        """Return the mean square distance of vertices to the planes that they stand for."""
+        error: Floats = self.self_error[vertices] / self.area[vertices]
+        return error
 
-    def keep(self, alive: Indices) -> Rests[None]:
-        """Keep the living vertices only, with rests."""
-        for name in ("points", "products", "quadric", "area", "own", "factor", "protected"):
-            setattr(self, name, getattr(self, name)[alive])
-            yield
+    def compact(self, alive: Indices) -> None:
+        """Keep the living vertices only."""
+        self.points = self.points.take(alive, axis=0)
+        self.monomials = self.monomials.take(alive, axis=0)
+        self.quadric = self.quadric.take(alive, axis=0)
+        self.area = self.area.take(alive)
+        self.self_error = self.self_error.take(alive)
+        self.factor = self.factor.take(alive)
+        self.protected = self.protected.take(alive)

@@ -7,40 +7,48 @@ larger count keeps too.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
-from numpy.typing import NDArray
 
-from .blocks import rest_blocks
-from .geometry import Floats, Indices, unit
-from .planes import face_normals
-from .progress import Rests
-from .progressive import Elimination
+from ..arrays.blocks import run_blocks
+from ..arrays.edges import find_edges, sort_rows
+from ..arrays.types import Floats, Indices, Mask
+from ..arrays.vectors import face_normals, sum_by_label
+from ..input.geometry import Geometry
+from .legality import turned_over
+from .order import Elimination
 from .quadrics import minimizers, vertex_quadrics
-from .triangles import find_edges, sort_rows
 
-LEAST_COSINE = 0.2
-"""A face may turn by no more than the angle of this cosine when its corners move."""
-UNDOINGS = 8
+MAX_UNDO_ROUNDS = 8
+"""Rounds in which corners of faces that turn over go back; in each, others may turn."""
 
 
-def living_ancestors(elimination: Elimination, count: int) -> Rests[Indices]:
+def living_ancestors(elimination: Elimination, count: int) -> Indices:
     """Return the kept vertex (n,) that each vertex went into, for the first `count` ranks.
 
-    All functions here rest between the parts of their work.
-
-    Pointer jumping: every step doubles the generations passed, O(n log n) at the most.
+    O(n log n) at the most.
     """
     vertices = np.arange(len(elimination.rank))
-    ancestor: Indices = np.where(elimination.rank < count, vertices, elimination.parent)
+    parent = np.where(elimination.rank < count, vertices, elimination.parent)
+    return _last_ancestors(parent)[0]
+
+
+def _last_ancestors(parent: Indices) -> tuple[Indices, int]:
+    """Return the last ancestor of each, and the doublings it took; the last are their own parents.
+
+    Pointer jumping: every step doubles the generations passed.
+    """
+    ancestor = parent
+    doublings = 0
     while True:
         further = ancestor[ancestor]
         if np.array_equal(further, ancestor):
-            return ancestor
-        ancestor = further
-        yield
+            return ancestor, doublings
+        ancestor, doublings = further, doublings + 1
 
 
-def cut_faces(faces: Indices, source: Indices, workers: int = 0) -> Rests[tuple[Indices, Indices]]:
+def cut_faces(faces: Indices, source: Indices) -> tuple[Indices, Indices]:
     """Return the faces (k, 3) that are left when every vertex joins its source, and which (k,).
 
     Faces keep the order of their corners; those that lost a corner, and all but the first of those
@@ -48,17 +56,14 @@ def cut_faces(faces: Indices, source: Indices, workers: int = 0) -> Rests[tuple[
     """
     distinct = np.empty(len(faces), dtype=bool)
 
-    def look(start: int, stop: int) -> None:
-        a, b, c = source[faces[start:stop]].T
+    def compare_corners(start: int, stop: int) -> None:
+        a, b, c = source.take(faces[start:stop]).T
         distinct[start:stop] = (a != b) & (b != c) & (c != a)
 
-    yield from rest_blocks(look, len(faces), workers=workers)
+    run_blocks(compare_corners, len(faces))
     left = np.flatnonzero(distinct)
-    corners: Indices = source[faces[left]]
-    yield
-    ordered = np.sort(corners, axis=1)
-    yield
-    order, same = yield from sort_rows(ordered, len(source), workers)
+    corners: Indices = source.take(faces.take(left, axis=0))
+    order, same = sort_rows(np.sort(corners, axis=1), len(source))
     again = order[1:][same]
     if len(again):
         first = np.ones(len(left), dtype=bool)
@@ -68,13 +73,8 @@ def cut_faces(faces: Indices, source: Indices, workers: int = 0) -> Rests[tuple[
 
 
 def optimal_positions(
-    points: Floats,
-    faces: Indices,
-    border_weight: float,
-    source: Indices,
-    left: Indices,
-    workers: int = 0,
-) -> Rests[Floats]:
+    points: Floats, faces: Indices, border_weight: float, source: Indices, left: Indices
+) -> Floats:
     """Return positions (n, 3) with each kept vertex at the minimum of its accumulated quadric.
 
     The quadric is that of the faces round all vertices that joined it. Where moving turns a face
@@ -90,8 +90,6 @@ def optimal_positions(
         Kept vertex that stands for each.
     left : (k, 3) intp
         Faces of the cut.
-    workers : int
-        Threads; 0 takes one per processor.
 
     Returns
     -------
@@ -99,22 +97,18 @@ def optimal_positions(
         Rows of vertices that are not kept mean nothing.
     """
     count = len(points)
-    edges = yield from find_edges(faces, count, workers)
-    quadrics, _ = yield from vertex_quadrics(points, faces, edges, border_weight, workers)
-    heaped = np.empty_like(quadrics)
-    for k in range(10):
-        heaped[:, k] = np.bincount(source, quadrics[:, k], count)
-        yield
+    quadrics, _ = vertex_quadrics(points, faces, find_edges(faces, count), border_weight)
+    accumulated = sum_by_label(quadrics, source, count)
     kept = np.flatnonzero(np.bincount(left.ravel(), minlength=count))
     moved = points.copy()
 
     def move(start: int, stop: int) -> None:
         block = kept[start:stop]
-        moved[block] = minimizers(heaped[block], points[block])
+        moved[block] = minimizers(accumulated[block], points[block])
 
-    yield from rest_blocks(move, len(kept), workers=workers)
-    for _ in range(UNDOINGS + 1):
-        turned = yield from _turned(points, moved, left, workers)
+    run_blocks(move, len(kept))
+    for _ in range(MAX_UNDO_ROUNDS + 1):
+        turned = _turned_faces(points, moved, left)
         if not turned.any():
             break
         back = np.unique(left[turned])
@@ -122,16 +116,57 @@ def optimal_positions(
     return moved
 
 
-def _turned(
-    before: Floats, after: Floats, faces: Indices, workers: int
-) -> Rests[NDArray[np.bool_]]:
-    """Return the faces whose normals turn too far from where the points were to where they are."""
+def _turned_faces(before: Floats, after: Floats, faces: Indices) -> Mask:
+    """Return the faces (k,) that turn over, from where the points were to where they are."""
     turned = np.empty(len(faces), dtype=bool)
 
-    def look(start: int, stop: int) -> None:
-        old, new = (unit(face_normals(at, faces[start:stop])) for at in (before, after))
-        cosine = np.einsum("mc,mc->m", old, new)
-        turned[start:stop] = (cosine < LEAST_COSINE) & old.any(axis=1)
+    def compare(start: int, stop: int) -> None:
+        old, new = (face_normals(at, faces[start:stop]) for at in (before, after))
+        turned[start:stop] = turned_over(old, new) & old.any(axis=1)
 
-    yield from rest_blocks(look, len(faces), workers=workers)
+    run_blocks(compare, len(faces))
     return turned
+
+
+@dataclass(frozen=True, eq=False)
+class Ranking:
+    """The order of elimination in the input's own numbers, for hosts that cut it themselves.
+
+    Attributes
+    ----------
+    rank : (N,) int64
+        A permutation: the points of rank below a count are those that this count keeps. Points
+        equal to another come after all distinct ones, points that are not finite last.
+    parent : (N,) int64
+        Point of lower rank that each goes into; -1 for rank 0.
+    generations : int
+        Doublings (``parent[parent]``) after which every point has found its last ancestor.
+    """
+
+    rank: Indices
+    parent: Indices
+    generations: int
+
+
+def input_ranking(geometry: Geometry, elimination: Elimination) -> Ranking:
+    """Return the order of elimination over input points, in O(N log N)."""
+    vertex_of, input_of = geometry.vertex_of, geometry.input_of
+    finite = vertex_of >= 0
+    first = np.zeros(len(vertex_of), dtype=bool)
+    first[input_of] = True
+    order = np.concatenate(
+        [
+            input_of[np.argsort(elimination.rank)],
+            np.flatnonzero(finite & ~first),
+            np.flatnonzero(~finite),
+        ]
+    )
+    rank = np.empty(len(order), dtype=np.int64)
+    rank[order] = np.arange(len(order))
+    parent = np.full(len(order), order[0] if len(order) else 0, dtype=np.int64)
+    parent[finite] = input_of[vertex_of[finite]]
+    parent[input_of] = input_of[elimination.parent]
+    parent[order[:1]] = order[:1]
+    generations = _last_ancestors(parent)[1]
+    parent[order[:1]] = -1
+    return Ranking(rank, parent, generations)

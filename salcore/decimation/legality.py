@@ -1,23 +1,67 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which half-edge collapses a surface can bear, for many at once.
+"""Which collapses a surface can bear, for many at once.
 
-References: the link condition, Dey, Edelsbrunner, Guha and Nekhayev, Topology preserving edge
-contraction, 1999.
+Every rule of what a vertex may do stands in the tables of kinds below, in the manner of
+meshoptimizer's `kCanCollapse`. The link condition is that of Dey, Edelsbrunner, Guha and Nekhayev,
+Topology preserving edge contraction, 1999.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
-from numpy.typing import NDArray
 
-from .blocks import rest_blocks
-from .geometry import Floats, Indices, sum_by_label
-from .progress import Rests
+from ..arrays.blocks import run_blocks
+from ..arrays.edges import edge_key
+from ..arrays.types import Floats, Indices, Integers, Mask
+from ..arrays.vectors import dot, sum_by_label
+from .one_rings import OneRings
 
-Mask = NDArray[np.bool_]
-Ints = NDArray[np.int32]
+MANY = np.iinfo(np.int32).max
+
+MANIFOLD, BORDER, LINKED, COMPLEX = range(4)
+KINDS = np.array(
+    [
+        (2, 2, 3),
+        (1, 1, 2),
+        (0, 0, 0),
+        (1, MANY, 0),
+    ]
+)
+"""What a removed vertex asks of its collapse, by the kind of its one-ring: the least and the most
+faces that may vanish, and the edges of the smallest one-ring, at which both ends must not be.
+
+MANIFOLD  as many edges as faces. Two faces vanish: along a border edge, where one does, the border
+          would move. A tetrahedron is as small as a closed surface gets.
+BORDER    one edge more than faces. One face vanishes: along an inner edge, two borders would meet.
+          A triangle is as small as a surface gets. (One link and no face counts as a border, too:
+          nothing holds such a vertex but the surface's end.)
+LINKED    no face. It goes along any link.
+COMPLEX   any other: several sheets meet. Any face may vanish, as long as one does.
+"""
+
+FREE, ON_SEAM, SEAM_END = range(3)
+SEAM_FACTORS = np.array(
+    [
+        (1.0, 1.0),
+        (10.0, 1.0),
+        (10.0, 10.0),
+    ]
+)
+"""Factors on the cost of a collapse off a seam and along it, by what the removed vertex is on.
+
+FREE      no seam.
+ON_SEAM   two seam edges. It should stay on the line.
+SEAM_END  one, or three and more: where seams end or meet, a corner of the line would move.
+
+Not infinite: a texture of many small charts would hold on to its seams until all between them has
+gone. Protected vertices cost infinitely much, seam or not (`Costs.evaluate`).
+"""
+BROKEN_SEAM = 10.0
+"""Factor on the cost of a collapse that failed because it lays a seam upon another edge."""
+FORBIDDEN, FORBIDDEN_AT_LAST, GUESSED = np.inf, 16.0, 1.0
+"""Factors on the cost of a collapse that failed for any other reason: on a surface that is known;
+there, once only forbidden collapses are left; and where the surface is only guessed. A collapse
+that is cheapest again in spite of a finite factor is done all the same."""
 
 LEAST_COSINE = 0.2
 """A face may turn by no more than the angle of this cosine (78 degrees)."""
@@ -25,210 +69,111 @@ NO_AREA = 1e-3
 """Twice the area of a face by its squared sides, below which its normal means nothing."""
 
 
-@dataclass(frozen=True, eq=False)
-class Stars:
-    """The faces and edges round the vertices of a round, flat: one row a face, one row an edge.
-
-    Attributes
-    ----------
-    going, staying : (s,) int
-        The collapses; no two going vertices are neighbours.
-    faces, face_owner : (f,) int
-        A face with a going vertex, and the collapse it belongs to.
-    left, right : (f,) int32
-        Its two other corners, in order.
-    vanishing : (f,) bool
-        Whether the staying vertex is one of them.
-    edges, edge_owner : (e,) int
-        An edge of a going vertex, and the collapse it belongs to.
-    edge_other, edge_target : (e,) int32
-        Its other end, and the collapse's staying vertex.
-    common : (e,) bool
-        Whether the other end is a neighbour of the staying vertex too.
-    key : (e,) int64
-        The edge from the other end to the staying vertex, as a number.
-    count : int
-        Vertices, dead ones included; keys are numbers to this base.
-    """
-
-    going: Indices
-    staying: Ints
-    faces: Indices
-    face_owner: Indices
-    left: Ints
-    right: Ints
-    vanishing: Mask
-    edges: Indices
-    edge_owner: Indices
-    edge_other: Ints
-    edge_target: Ints
-    common: Mask
-    key: NDArray[np.int64]
-    count: int
-
-    @classmethod
-    def find(
-        cls, going: Indices, staying: Ints, corners: list[Ints], a: Ints, b: Ints, count: int
-    ) -> Rests[Stars]:
-        """Gather the stars of the collapses from the corners of all faces and ends of all edges."""
-        owner_of = np.full(count, -1, dtype=np.int32)
-        owner_of[going] = np.arange(len(going))
-        hits, owners = [], []
-        for corner in corners:
-            owner = owner_of[corner]
-            hits.append(np.flatnonzero(owner >= 0))
-            owners.append(owner[hits[-1]].astype(np.intp))
-            yield
-        faces, face_owner = np.concatenate(hits), np.concatenate(owners)
-        left = np.concatenate([corners[(k + 1) % 3][hit] for k, hit in enumerate(hits)])
-        yield
-        right = np.concatenate([corners[(k + 2) % 3][hit] for k, hit in enumerate(hits)])
-        target = staying[face_owner]
-        vanishing = (left == target) | (right == target)
-        yield
-        alive = a != b
-        at_a = np.flatnonzero((owner_of[a] >= 0) & alive)
-        yield
-        at_b = np.flatnonzero((owner_of[b] >= 0) & alive)
-        yield
-        edges = np.concatenate([at_a, at_b])
-        edge_owner = np.concatenate([owner_of[a[at_a]], owner_of[b[at_b]]]).astype(np.intp)
-        other, edge_target = np.concatenate([b[at_a], a[at_b]]), staying[edge_owner]
-        key = _edge_key(other, edge_target, count)
-        yield
-        is_target, is_other = np.zeros(count, dtype=bool), np.zeros(count, dtype=bool)
-        is_target[staying], is_other[other] = True, True
-        joined = is_target[a] & is_other[b]
-        yield
-        joined |= is_target[b] & is_other[a]
-        near = np.flatnonzero(joined & alive)
-        yield
-        present = np.sort(_edge_key(a[near], b[near], count))
-        yield
-        common = _contains(present, key) & (other != edge_target)
-        yield
-        return cls(
-            going, staying, faces, face_owner, left, right, vanishing,
-            edges, edge_owner, other, edge_target, common, key, count,
-        )  # fmt: skip
+def classify(rings: OneRings) -> Indices:
+    """Return the kind (s,) of each removed vertex, a row of `KINDS`."""
+    faces = rings.count_faces()
+    surplus = rings.count_edges() - faces
+    others = np.where(faces == 0, LINKED, COMPLEX)
+    return np.where(surplus == 0, MANIFOLD, np.where(surplus == 1, BORDER, others))
 
 
-def _edge_key(a: Ints, b: Ints, count: int) -> NDArray[np.int64]:
-    """Return one number for each undirected edge."""
-    return np.minimum(a, b).astype(np.int64) * count + np.maximum(a, b)
+def seam_factors(seams: Integers, along: Mask) -> Floats:
+    """Return the factors on the costs of removing vertices with so many seams, along one or not."""
+    kind = np.where(seams == 0, FREE, np.where(seams == 2, ON_SEAM, SEAM_END))
+    factors: Floats = SEAM_FACTORS[kind, along.astype(np.intp)]
+    return factors
 
 
-def _contains(table: NDArray[np.int64], keys: NDArray[np.int64]) -> Mask:
-    """Return which keys are in the sorted table."""
-    if not len(table):
-        return np.zeros(len(keys), dtype=bool)
-    order = np.argsort(keys)  # sorted look-ups walk the table in order, not all over it
-    place = np.minimum(np.searchsorted(table, keys[order]), len(table) - 1)
-    found = np.empty(len(keys), dtype=bool)
-    found[order] = table[place] == keys[order]
-    return found
+def legal(rings: OneRings, points: Floats, degree: Integers) -> Mask:
+    """Return which collapses (s,) keep the surface's topology and turn no face over."""
+    return _keeps_topology(rings, degree) & _turns_no_face(rings, points)
 
 
-def allowed(stars: Stars, points: Floats, degree: Indices, workers: int) -> Rests[Mask]:
-    """Return which collapses keep the surface's topology and turn no face over, with rests."""
-    sound = _keeps_topology(stars, degree)
-    yield
-    return sound & (yield from _turns_no_face(stars, points, workers))
+def _keeps_topology(rings: OneRings, degree: Integers) -> Mask:
+    """Return where the link condition holds, and the table of kinds agrees."""
+    total = len(rings.removed)
+    vanishing = np.bincount(rings.face_owner[rings.vanishing], minlength=total)
+    shared = np.bincount(rings.edge_owner[rings.shared], minlength=total)
+    least, most, smallest = KINDS[classify(rings)].T
+    good = (shared == vanishing) & (least <= vanishing) & (vanishing <= most)
+    too_small = (rings.count_edges() == smallest) & (degree[rings.kept] == smallest)
+    return np.asarray(good & ~too_small)
 
 
-def _keeps_topology(stars: Stars, degree: Indices) -> Mask:
-    """Return where the link condition holds.
-
-    Inside a surface a vertex has as many edges as faces, and shares two neighbours with the vertex
-    it goes into; on a border it has one edge more, and goes along the border, sharing one.
-    """
-    total = len(stars.going)
-    faces = np.bincount(stars.face_owner, minlength=total)
-    edges = np.bincount(stars.edge_owner, minlength=total)
-    vanishing = np.bincount(stars.face_owner[stars.vanishing], minlength=total)
-    shared = np.bincount(stars.edge_owner[stars.common], minlength=total)
-    inner, border, alone = edges == faces, edges == faces + 1, faces == 0
-    good = (shared == vanishing) & ((vanishing >= 1) | alone)
-    good &= np.where(inner & ~alone, vanishing == 2, np.where(border, vanishing == 1, True))
-    # A tetrahedron, or a single triangle, is as small as a surface gets.
-    least = np.where(inner, 3, 2)
-    smallest = (edges == least) & (degree[stars.staying] == least)
-    good &= ~(smallest & (inner | border) & ~alone)
-    return np.asarray(good)
-
-
-def _turns_no_face(stars: Stars, points: Floats, workers: int) -> Rests[Mask]:
+def _turns_no_face(rings: OneRings, points: Floats) -> Mask:
     """Return which collapses turn no face over.
 
     The normal of a face of hardly any area is noise, and a scan is full of slivers: faces are only
-    held against what was there before, and a sliver that grows must face as its whole star does.
+    held against what was there before, and a sliver that grows must face as its whole ring does.
     """
-    normal = np.empty((len(stars.faces), 3))
+    normal = np.empty((len(rings.faces), 3))
 
     def measure(start: int, stop: int) -> None:
-        left, right = points[stars.left[start:stop]], points[stars.right[start:stop]]
-        before = points[stars.going[stars.face_owner[start:stop]]] - left
+        left = points.take(rings.left[start:stop], axis=0)
+        right = points.take(rings.right[start:stop], axis=0)
+        before = points.take(rings.removed[rings.face_owner[start:stop]], axis=0) - left
         normal[start:stop] = np.cross(right - left, before)
 
-    yield from rest_blocks(measure, len(normal), workers=workers)
-    outward = sum_by_label(normal, stars.face_owner, len(stars.going))
-    stay = np.flatnonzero(~stars.vanishing)
-    bad = np.empty(len(stay), dtype=bool)
-    yield
+    run_blocks(measure, len(normal))
+    outward = sum_by_label(normal, rings.face_owner, len(rings.removed))
+    staying = np.flatnonzero(~rings.vanishing)
+    bad = np.empty(len(staying), dtype=bool)
 
-    def turn(start: int, stop: int) -> None:
-        face = stay[start:stop]
-        owner, left = stars.face_owner[face], points[stars.left[face]]
-        base, before = points[stars.right[face]] - left, points[stars.going[owner]] - left
-        after = points[stars.staying[owner]] - left
+    def compare(start: int, stop: int) -> None:
+        face = staying[start:stop]
+        owner, left = rings.face_owner[face], points.take(rings.left[face], axis=0)
+        base = points.take(rings.right[face], axis=0) - left
+        before = points.take(rings.removed[owner], axis=0) - left
+        after = points.take(rings.kept[owner], axis=0) - left
         old, new = normal[face], np.cross(base, after)
-        bad[start:stop] = _turned(base, before, after, old, new, outward[owner])
+        was_sliver = _is_sliver(old, base, before)
+        appears = was_sliver & ~_is_sliver(new, base, after)
+        bad[start:stop] = turned_over(old, new) & ~was_sliver
+        bad[start:stop] |= appears & (dot(new, outward[owner]) <= 0.0)
 
-    yield from rest_blocks(turn, len(stay), workers=workers)
-    good = np.ones(len(stars.going), dtype=bool)
-    good[stars.face_owner[stay[bad]]] = False
+    run_blocks(compare, len(staying))
+    good = np.ones(len(rings.removed), dtype=bool)
+    good[rings.face_owner[staying[bad]]] = False
     return good
 
 
-def _turned(
-    base: Floats, before: Floats, after: Floats, old: Floats, new: Floats, outward: Floats
-) -> Mask:
-    """Return which faces turn over, from their sides and normals before and after."""
-    old_square = np.einsum("fc,fc->f", old, old)
-    new_square = np.einsum("fc,fc->f", new, new)
-    product = np.einsum("fc,fc->f", old, new)
-    length = np.einsum("fc,fc->f", base, base)
-    old_shape = old_square / (length + np.einsum("fc,fc->f", before, before)) ** 2
-    new_shape = new_square / (length + np.einsum("fc,fc->f", after, after)) ** 2
-    bad: Mask = product <= LEAST_COSINE * np.sqrt(old_square * new_square)
-    grown = (old_shape <= NO_AREA**2) & (new_shape > NO_AREA**2)
-    bad &= old_shape > NO_AREA**2
-    bad |= grown & (np.einsum("fc,fc->f", new, outward) <= 0.0)
-    return bad
+def turned_over(before: Floats, after: Floats) -> Mask:
+    """Return which normals (m, 3), of any length, turn too far; or vanish."""
+    lengths = np.sqrt(dot(before, before) * dot(after, after))
+    return np.asarray(dot(before, after) <= LEAST_COSINE * lengths)
 
 
-def clashing(stars: Stars, good: Mask) -> Rests[Mask]:
-    """Return which of the good collapses clash with a cheaper one (of lower number), with rests.
+def _is_sliver(normal: Floats, side: Floats, other: Floats) -> Mask:
+    """Return which faces have hardly any area for two of their sides (m, 3)."""
+    squares = dot(side, side) + dot(other, other)
+    return np.asarray(dot(normal, normal) / squares**2 <= NO_AREA**2)
+
+
+def would_break_seam(rings: OneRings, seam: Mask) -> Mask:
+    """Return which collapses (s,) would lay a seam, one of the edges (e,), upon another edge."""
+    broken = np.zeros(len(rings.removed), dtype=bool)
+    laid = rings.shared & seam[rings.edges % len(seam)]
+    broken[rings.edge_owner[laid]] = True
+    return broken
+
+
+def conflicting(rings: OneRings, good: Mask) -> Mask:
+    """Return which of the good collapses conflict with a cheaper one, which has a lower number.
 
     Each is checked against the surface before the round. Two of them together could still make
     the same edge twice, or close a hole of three from both sides; then the cheaper one is done.
     """
-    total = len(stars.going)
-    new_edge = good[stars.edge_owner] & ~stars.common & (stars.edge_other != stars.edge_target)
-    key, owner = stars.key[new_edge], stars.edge_owner[new_edge]
-    yield
-    faces = np.bincount(stars.face_owner, minlength=total)
-    edges = np.bincount(stars.edge_owner, minlength=total)
+    new_edge = good[rings.edge_owner] & ~rings.shared & (rings.other != rings.edge_kept)
+    faces, edges = rings.count_faces(), rings.count_edges()
     small = good & (edges + (edges != faces) <= 3)
-    rim = np.flatnonzero(small[stars.face_owner])
-    key = np.concatenate([key, _edge_key(stars.left[rim], stars.right[rim], stars.count)])
-    owner = np.concatenate([owner, stars.face_owner[rim]])
-    yield
+    rim = np.flatnonzero(small[rings.face_owner])
+    rim_key = edge_key(rings.left[rim], rings.right[rim], rings.count)
+    key = np.concatenate([rings.key[new_edge], rim_key])
+    owner = np.concatenate([rings.edge_owner[new_edge], rings.face_owner[rim]])
     order = np.argsort(key)
-    yield
     key, owner = key[order], owner[order]
     again = np.flatnonzero(key[1:] == key[:-1])
     one, other = owner[again], owner[again + 1]
-    clash = np.zeros(total, dtype=bool)
-    clash[np.maximum(one, other)[one != other]] = True
-    return clash
+    conflict = np.zeros(len(rings.removed), dtype=bool)
+    conflict[np.maximum(one, other)[one != other]] = True
+    return conflict

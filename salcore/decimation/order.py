@@ -6,46 +6,51 @@ error of the planes that a vertex stands for, times its saliency. Every vertex g
 and an error, so that any count is a cut through one order.
 
 Collapses are done in rounds. A round takes the cheapest vertices, of which no two are neighbours,
-checks them all against the surface at its start, and applies those that neither break it nor clash
-with a cheaper one. Nothing runs over vertices one by one.
+checks them all against the surface at its start, and applies those that neither break it nor
+conflict with a cheaper one. Nothing runs over vertices one by one.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
-from .collapse import Stars, allowed, clashing
+from ..arrays.edges import find_edges
+from ..arrays.types import Floats, Indices, Integers, Ints, Mask
+from ..progress import SILENT, Progress
 from .costs import Costs, Weights
-from .geometry import Floats, Indices
-from .pairs import OFF_SEAM, Pairs
-from .progress import Rests, Steps
-from .triangles import find_edges
+from .half_edges import HalfEdges
+from .legality import (
+    BROKEN_SEAM,
+    FORBIDDEN,
+    FORBIDDEN_AT_LAST,
+    GUESSED,
+    conflicting,
+    legal,
+    would_break_seam,
+)
+from .one_rings import Corners, OneRings
 
-Mask = NDArray[np.bool_]
-Ints = NDArray[np.int32]
-
-SHARE = 0.18
-"""Share of the living vertices that a round considers; more runs ahead of the order of costs."""
-FEW, SHARE_OF_FEW = 2000, 0.04
+# The schedule of the rounds. Shares are of the living vertices where nothing else is said.
+CANDIDATES = 0.18
+"""Share that a round considers; more runs ahead of the order of costs."""
+SMALL, CANDIDATES_IF_SMALL = 2000, 0.04
 """Below so many vertices a smaller share keeps closer to the order; the rounds cost little."""
+MAX_CANDIDATE_FACTOR = 2**24
+"""Factor on the share, doubled by every round in vain, beyond which the rounds have stalled: every
+vertex has failed into its 20 or so cheapest neighbours. Fans of hundreds round a non-manifold edge
+would take as many rounds."""
 RETRY = 0.25
-"""Share of the living vertices to go before pairs that failed are tried again. Those next to a
-collapse are tried again at once; a pair fails anew where nothing round it has changed."""
-IN_VAIN = 2**24
-"""Widening after which a stall is taken for granted: every vertex has failed into its 20 or so
-cheapest neighbours. Fans of hundreds round a non-manifold edge would take as many rounds."""
+"""Share to go before collapses that failed are tried again. Those next to a collapse are tried
+again at once; a collapse fails anew where nothing round it has changed."""
 STALL = 0.01
-"""Share of the living vertices that must go before all pairs have failed again."""
-PENALTY = 16.0
-"""Factor on the cost of a forbidden collapse, once only forbidden ones are left."""
-MOST_SEAMS = 0.5
+"""Share that must go before all collapses have failed again; else forbidden ones are done."""
+COMPACT = 0.6
+"""Share of the numbered vertices that still live below which these are renumbered."""
+MAX_SEAMS = 0.5
 """Share of the edges above which there are no seams: in a texture of single triangles every edge is
 one, and no line is left to keep."""
-COMPACT = 0.6
-"""Share of the vertices still living below which the rest is renumbered."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,13 +78,13 @@ class Elimination:
 
 def eliminate(
     points: Floats,
-    faces: NDArray[np.integer],
+    faces: Integers,
     links: tuple[Ints, Ints],
     weights: Weights,
-    workers: int = 0,
-    seams: NDArray[np.integer] | None = None,
-) -> Steps[Elimination]:
-    """Yield the share of vertices gone, and return the order of elimination.
+    seams: Integers | None = None,
+    progress: Progress = SILENT,
+) -> Elimination:
+    """Return the order of elimination.
 
     Parameters
     ----------
@@ -89,224 +94,212 @@ def eliminate(
     links : (int32, int32)
         Further edges, along which vertices may go that no face uses.
     weights : Weights
-    workers : int
-        Threads; 0 takes one per processor.
     seams : (s, 2) int, optional
         Edges that stay as lines, such as those where charts of a texture meet: their vertices go
         along them only, and where they meet or end, last.
+    progress : Progress, optional
+        Told the share of vertices gone.
 
     Notes
     -----
-    About O(n log n): the rounds shrink geometrically. Some 700 to 850 bytes a vertex at the peak.
+    About O(n log n): the rounds shrink geometrically.
 
     While the surface is a manifold it stays one, of the same topology: the link condition of Dey
     et al. holds for every collapse. Where only forbidden collapses are left, they are done all the
     same, so that every component ends in one vertex.
     """
-    lines = np.empty((0, 2), dtype=np.int32) if seams is None else seams
-    state = yield from _State.start(points, faces, links, lines, weights, workers)
-    count = len(points)
-    removed: list[Indices] = []
-    costs: list[Floats] = []
-    rounds: list[tuple[int, int, float]] = []
-    relaxed, since_retry = False, 1
+    state = _State.of_surface(points, faces, links, seams, weights)
     while True:
-        candidates, cheapest = yield from state.candidates()
-        exhausted = not len(candidates) or (state.widening > IN_VAIN and not relaxed)
-        if exhausted or since_retry > RETRY * state.living:
-            if not len(candidates) and relaxed:
-                break
-            # All pairs have failed, and hardly one has gone: only forbidden ones are left.
-            if since_retry <= STALL * state.living:
-                relaxed = True
-                state.pairs.drop_seams()
-                state.patience[:] = np.minimum(state.patience, PENALTY)
-            since_retry = 0
-            state.widening = 1
-            if not (yield from state.pairs.forget_failures(state.costs)):
+        least = state.half_edges.find_cheapest()
+        candidates = state.pick_candidates(least)
+        if state.must_retry(candidates):
+            if not state.retry(candidates):
                 break
             continue
-        gone, cost = yield from state.collapse(candidates, cheapest, relaxed=relaxed)
-        if len(gone):
-            since_retry += len(gone)
-            removed.append(gone)
-            costs.append(cost)
-            rounds.append((state.living, len(gone), float(cost[-1])))
-        yield 1.0 - state.living / max(count, 1)
-    return (yield from _order(state, removed, costs, rounds))
+        collapses = state.half_edges.pick_collapses(candidates, least)
+        rings = OneRings.find(collapses, state.half_edges.source, state.corners, len(least))
+        performed = state.select_legal(rings)
+        state.perform(rings, performed, least)
+        if state.living < COMPACT * len(state.vertex_id):
+            state.compact()
+        progress(1.0 - state.living / max(len(points), 1))
+    return _number_vertices(state)
 
 
-def _order(
-    state: _State, removed: list[Indices], costs: list[Floats], rounds: list[tuple[int, int, float]]
-) -> Rests[Elimination]:
+def _number_vertices(state: _State) -> Elimination:
     """Number the vertices from the last survivor to the first removed."""
     count = len(state.parent)
-    nothing = [np.empty(0, dtype=np.intp)]
-    gone = np.concatenate(removed or nothing)
+    removed = np.concatenate([*state.removed, np.empty(0, dtype=np.intp)])
     alive = np.ones(count, dtype=bool)
-    alive[gone] = False
+    alive[removed] = False
     survivors = np.flatnonzero(alive)
     # Those that stand for most go last.
     weight = np.zeros(count)
-    weight[state.names] = np.where(state.costs.protected, np.inf, state.heaped)
-    weight = weight[survivors]
-    yield
-    survivors = survivors[np.argsort(-weight, kind="stable")]
-    yield
+    weight[state.vertex_id] = np.where(state.costs.protected, np.inf, state.cluster_size)
+    survivors = survivors[np.argsort(-weight[survivors], kind="stable")]
     rank = np.empty(count, dtype=np.intp)
-    order = np.concatenate([survivors, gone[::-1]])
+    order = np.concatenate([survivors, removed[::-1]])
     rank[order] = np.arange(count)
-    yield
     error = np.zeros(count)
-    if len(gone):
-        error[gone] = np.sqrt(np.maximum.accumulate(state.mean_square[gone]))
-        error[survivors] = error[gone[-1]]
+    if len(removed):
+        error[removed] = np.sqrt(np.maximum.accumulate(state.mean_square[removed]))
+        error[survivors] = error[removed[-1]]
     parent = state.parent
     parent[survivors] = np.where(survivors == order[:1], -1, order[:1])
-    return Elimination(rank, parent, error, tuple(rounds))
+    return Elimination(rank, parent, error, tuple(state.rounds))
 
 
 @dataclass(eq=False)
 class _State:
-    """The surface that is left.
+    """The surface that is left, and what has happened to it.
 
-    Living vertices, and dead ones until the next `_compact`, are numbered from 0; `names` are their
-    numbers in the whole surface.
+    Living vertices, and dead ones until the next `compact`, are numbered from 0. Arrays over the
+    whole surface are `parent`, whom each vertex went into, and `mean_square`, the error then.
     """
 
     costs: Costs
-    pairs: Pairs
-    faces: list[Ints]
-    """The first, second and third corners of the faces."""
-    degree: Indices
-    patience: Floats
-    """Factor on the cost of a pair that has failed."""
-    names: Indices
-    heaped: Floats
-    """Number of vertices that each stands for."""
+    half_edges: HalfEdges
+    corners: Corners
+    degree: Integers
+    guessed: Mask
+    vertex_id: Indices
+    """Numbers in the whole surface."""
+    cluster_size: Floats
+    """Number of vertices that each stands for, itself included."""
     parent: Indices
     mean_square: Floats
-    """Of every vertex of the whole surface: whom it went into, and the error then."""
     living: int
-    widening: int = 1
+    candidate_factor: int = 1
+    relaxed: bool = False
+    """Whether only forbidden collapses are left, and are done."""
+    since_retry: int = 1
+    """Vertices removed since failed collapses were last tried again."""
+    removed: list[Indices] = field(default_factory=list)
+    """The vertices of the whole surface that each round removed, cheapest first."""
+    rounds: list[tuple[int, int, float]] = field(default_factory=list)
 
     @classmethod
-    def start(
+    def of_surface(
         cls,
         points: Floats,
-        faces: NDArray[np.integer],
+        faces: Integers,
         links: tuple[Ints, Ints],
-        seams: NDArray[np.integer],
+        seams: Integers | None,
         weights: Weights,
-        workers: int,
-    ) -> Rests[_State]:
-        """Return the whole surface, with rests."""
+    ) -> _State:
+        """Return the whole surface."""
         count = len(points)
-        edges = yield from find_edges(faces, count, workers)
-        seam = edges.among(seams, count)
-        if np.count_nonzero(seam) > MOST_SEAMS * len(seam):
+        edges = find_edges(faces, count)
+        seam = np.zeros(len(edges.low), dtype=bool)
+        if seams is not None and len(seams):
+            seam = edges.among(seams, count)
+        if np.count_nonzero(seam) > MAX_SEAMS * len(seam):
             seam[:] = False
-        costs = yield from Costs.start(points, faces, edges, seam, weights, workers)
-        a = np.concatenate([edges.low, links[0]])
-        b = np.concatenate([edges.high, links[1]])
-        yield
+        costs = Costs.of_surface(points, faces, edges, seam, weights)
+        low = np.concatenate([edges.low, links[0]])
+        high = np.concatenate([edges.high, links[1]])
         seam = np.concatenate([seam, np.zeros(len(links[0]), dtype=bool)])
-        pairs = yield from Pairs.start(a, b, seam, costs)
-        corners = [np.ascontiguousarray(corner, dtype=np.int32) for corner in faces.T]
-        yield
+        half_edges = HalfEdges.of_edges(low, high, seam, costs)
         return cls(
             costs,
-            pairs,
-            corners,
-            degree=np.bincount(a, minlength=count) + np.bincount(b, minlength=count),
-            patience=np.where(weights.lenient, 1.0, np.inf),
-            names=np.arange(count),
-            heaped=np.ones(count),
+            half_edges,
+            corners=[np.ascontiguousarray(corner, dtype=np.int32) for corner in faces.T],
+            degree=np.bincount(half_edges.source, minlength=count),
+            guessed=weights.guessed_surface,
+            vertex_id=np.arange(count),
+            cluster_size=np.ones(count),
             parent=np.full(count, -1, dtype=np.intp),
             mean_square=np.zeros(count),
             living=count,
         )
 
-    def candidates(self) -> Rests[tuple[Indices, Floats]]:
-        """Return the cheapest vertices, and the least cost of every vertex."""
-        cheapest = yield from self.pairs.cheapest(len(self.names))
-        finite = cheapest[np.isfinite(cheapest)]
+    def pick_candidates(self, least: Floats) -> Mask:
+        """Return the cheapest vertices (n,), from the least cost of every vertex."""
+        finite = least[np.isfinite(least)]
         if not len(finite):
-            return np.empty(0, dtype=np.intp), cheapest
-        share = (SHARE if self.living > FEW else SHARE_OF_FEW) * self.widening
-        place = min(len(finite) - 1, int(share * self.living))
-        threshold = np.partition(finite, place)[place]
-        yield
-        return np.flatnonzero(cheapest <= threshold), cheapest
+            return np.zeros(len(least), dtype=bool)
+        share = CANDIDATES if self.living > SMALL else CANDIDATES_IF_SMALL
+        place = min(len(finite) - 1, int(share * self.candidate_factor * self.living))
+        return np.asarray(least <= np.partition(finite, place)[place])
 
-    def collapse(
-        self, candidates: Indices, cheapest: Floats, *, relaxed: bool
-    ) -> Rests[tuple[Indices, Floats]]:
-        """Do one round, and return the vertices gone, cheapest first, and their costs."""
-        costs, pairs = self.costs, self.pairs
-        target = yield from pairs.targets(candidates, cheapest)
-        chosen = yield from pairs.independent(candidates, cheapest)
-        yield
-        chosen = chosen[np.argsort(cheapest[chosen], kind="stable")]
-        yield
-        stars = yield from Stars.find(
-            chosen, target[chosen], self.faces, pairs.a, pairs.b, len(self.names)
-        )
-        good = yield from allowed(stars, costs.points, self.degree, costs.workers)
-        broken = good & pairs.break_seams(stars)
+    def must_retry(self, candidates: Mask) -> bool:
+        """Return whether to try again what has failed, for want of candidates or after a while."""
+        stalled = self.candidate_factor > MAX_CANDIDATE_FACTOR and not self.relaxed
+        enough = self.since_retry > RETRY * self.living
+        return stalled or enough or not candidates.any()
+
+    def retry(self, candidates: Mask) -> bool:
+        """Allow what has failed to be tried again; return whether anything is left to try."""
+        if self.relaxed and not candidates.any():
+            return False
+        # All collapses have failed, and hardly one vertex has gone: only forbidden ones are left.
+        if self.since_retry <= STALL * self.living:
+            self.relaxed = True
+            self.half_edges.drop_seams()
+        self.since_retry = 0
+        self.candidate_factor = 1
+        return self.half_edges.forget_failures(self.costs)
+
+    def select_legal(self, rings: OneRings) -> Mask:
+        """Return which collapses (s,) to perform, and make those dearer that have failed."""
+        good = legal(rings, self.costs.points, self.degree)
+        broken = good & would_break_seam(rings, self.half_edges.seam)
         good &= ~broken
-        if relaxed and self.widening > 1:
+        if self.relaxed and self.candidate_factor > 1:
             good[:] = True
         else:
-            good |= pairs.put_aside(stars, ~good & ~broken, self.patience)
-            if broken.any():
-                good |= pairs.put_aside(stars, broken, np.full(len(self.names), OFF_SEAM))
-        yield
-        good &= ~(yield from clashing(stars, good))
-        self.widening = 1 if good.any() else 2 * self.widening
-        gone, into = stars.going[good], stars.staying[good]
-        named = self.names[gone]
-        if len(gone):
-            self.parent[named] = self.names[into]
-            self.living -= len(gone)
-            yield from self._rewire(stars, good)
-            yield from pairs.rewire(stars, good, self.degree)
-            np.add.at(self.heaped, into, self.heaped[gone])
-            changed, self.mean_square[named] = yield from costs.merge(gone, into)
-            yield from pairs.renew(changed, costs)
-        if self.living < COMPACT * len(self.names):
-            yield from self._compact()
-        return named, cheapest[gone]
+            factor = np.where(broken, BROKEN_SEAM, self._failure_factors(rings.removed))
+            forced = ~good & self.half_edges.failed[rings.collapses] & np.isfinite(factor)
+            self.half_edges.penalize(rings.collapses[~good], factor[~good])
+            good |= forced
+        return good & ~conflicting(rings, good)
 
-    def _rewire(self, stars: Stars, good: Mask) -> Rests[None]:
-        """Drop the faces that vanish and hang the others on the vertices that stay."""
-        moving = good[stars.face_owner] & ~stars.vanishing
-        face, old = stars.faces[moving], stars.going[stars.face_owner[moving]]
-        new = stars.staying[stars.face_owner[moving]]
-        yield
-        for corner in self.faces:
+    def _failure_factors(self, vertices: Integers) -> Floats:
+        """Return the factors on the costs of failed collapses, by the vertices they remove."""
+        forbidden = FORBIDDEN_AT_LAST if self.relaxed else FORBIDDEN
+        return np.where(self.guessed[vertices], GUESSED, forbidden)
+
+    def perform(self, rings: OneRings, performed: Mask, least: Floats) -> None:
+        """Do the collapses that are chosen, and work out the costs round them."""
+        self.candidate_factor = 1 if performed.any() else 2 * self.candidate_factor
+        if not performed.any():
+            return
+        removed, kept = rings.removed[performed], rings.kept[performed]
+        vertices = self.vertex_id[removed]
+        self.removed.append(vertices)
+        self.living -= len(vertices)
+        self.since_retry += len(vertices)
+        self.rounds.append((self.living, len(vertices), float(least[removed[-1]])))
+        self._rewire_faces(rings, performed)
+        self.half_edges.rewire(rings, performed, self.degree)
+        np.add.at(self.cluster_size, kept, self.cluster_size[removed])
+        changed = self.costs.merge(removed, kept)
+        self.parent[vertices] = self.vertex_id[kept]
+        self.mean_square[vertices] = self.costs.mean_square(kept)
+        self.half_edges.renew(changed, self.costs)
+
+    def _rewire_faces(self, rings: OneRings, performed: Mask) -> None:
+        """Drop the faces that vanish, and hang the others of the removed on the kept."""
+        mine = performed[rings.face_owner]
+        moving = mine & ~rings.vanishing
+        face, owner = rings.faces[moving], rings.face_owner[moving]
+        old, new = rings.removed[owner], rings.kept[owner]
+        for corner in self.corners:
             here = corner[face] == old
             corner[face[here]] = new[here]
-            yield
-        keep = np.ones(len(self.faces[0]), dtype=bool)
-        keep[stars.faces[good[stars.face_owner] & stars.vanishing]] = False
-        for k in range(3):
-            self.faces[k] = self.faces[k][keep]
-            yield
+        left = np.ones(len(self.corners[0]), dtype=bool)
+        left[rings.faces[mine & rings.vanishing]] = False
+        self.corners = [corner[left] for corner in self.corners]
 
-    def _compact(self) -> Rests[None]:
+    def compact(self) -> None:
         """Renumber the living, so that rounds take no time for the dead."""
-        alive = np.flatnonzero(self.parent[self.names] < 0)
-        number = np.zeros(len(self.names), dtype=np.int32)
+        alive = np.flatnonzero(self.parent[self.vertex_id] < 0)
+        number = np.zeros(len(self.vertex_id), dtype=np.int32)
         number[alive] = np.arange(len(alive))
-        yield from self.pairs.drop_dead()
-        self.pairs.a, self.pairs.b = number[self.pairs.a], number[self.pairs.b]
-        self.pairs.seams = self.pairs.seams[alive]
-        yield
-        for k in range(3):
-            self.faces[k] = number[self.faces[k]]
-            yield
-        yield from self.costs.keep(alive)
-        for name in ("names", "heaped", "degree", "patience"):
-            setattr(self, name, getattr(self, name)[alive])
-        yield
+        self.half_edges.renumber(number, alive)
+        self.corners = [number.take(corner) for corner in self.corners]
+        self.costs.compact(alive)
+        self.vertex_id = self.vertex_id.take(alive)
+        self.cluster_size = self.cluster_size.take(alive)
+        self.degree = self.degree.take(alive)
+        self.guessed = self.guessed.take(alive)

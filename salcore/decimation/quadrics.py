@@ -7,28 +7,28 @@ holds the upper triangle of the symmetric 4x4 matrix of a sum of planes n·x + d
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
+from dataclasses import dataclass
 
-from .blocks import rest_blocks
-from .geometry import Floats, Indices, unit
-from .planes import face_normals
-from .progress import Rests
-from .triangles import Edges
+import numpy as np
+
+from ..arrays.blocks import run_blocks
+from ..arrays.edges import Edges
+from ..arrays.types import Floats, Indices, Integers, Mask
+from ..arrays.vectors import dot, face_normals, unit
 
 SEAM_WEIGHT = 0.1
 """Weight of the planes through seams, as a share of that of borders: on a textured scan with a
 fifth of its points on seams, more shrinks what lies between, less lets faces reach across."""
 LEAST_AREA = 0.3
 """Share of the mean area that every face weighs at least: details are made of small faces."""
-FOLD = -0.5
+FOLD_COSINE = -0.5
 """Cosine below which two faces fold back on each other: along their edge the surface ends, though
 both planes go on, so the edge counts as a border."""
 
 
 def plane_quadrics(normals: Floats, points: Floats, weights: Floats) -> Floats:
     """Return the quadrics (m, 10) of planes with unit normals (m, 3) through points (m, 3)."""
-    offset = -np.einsum("mc,mc->m", normals, points)
+    offset = -dot(normals, points)
     x, y, z = normals.T
     rows = [x * x, x * y, x * z, x * offset, y * y, y * z, y * offset, z * z, z * offset]
     return np.stack([*rows, offset * offset], axis=1) * weights[:, None]
@@ -38,7 +38,7 @@ def point_quadrics(points: Floats, weights: Floats) -> Floats:
     """Return the quadrics (n, 10) of squared distances to points (n, 3)."""
     x, y, z = points.T
     one, zero = np.ones(len(points)), np.zeros(len(points))
-    square = np.einsum("nc,nc->n", points, points)
+    square = dot(points, points)
     rows = [one, zero, zero, -x, one, zero, -y, one, -z, square]
     return np.stack(rows, axis=1) * weights[:, None]
 
@@ -51,15 +51,20 @@ def monomials(points: Floats) -> Floats:
     return np.stack(rows, axis=1)
 
 
+@dataclass(frozen=True, eq=False)
+class _Triangles:
+    """Faces (m, 3) over points (n, 3), their unit normals (m, 3) and their areas (m,)."""
+
+    points: Floats
+    faces: Integers
+    normals: Floats
+    areas: Floats
+
+
 def vertex_quadrics(
-    points: Floats,
-    faces: NDArray[np.integer],
-    edges: Edges,
-    border_weight: float,
-    workers: int = 0,
-    seam: NDArray[np.bool_] | None = None,
-) -> Rests[tuple[Floats, Floats]]:
-    """Return the quadric (n, 10) of every vertex, and the area (n,) it integrates over, with rests.
+    points: Floats, faces: Integers, edges: Edges, border_weight: float, seam: Mask | None = None
+) -> tuple[Floats, Floats]:
+    """Return the quadric (n, 10) of every vertex, and the area (n,) it integrates over.
 
     Each face adds its plane, weighted by its area, to its three corners. Each edge of one face, of
     more than two, or of two that fold back adds planes through itself, at right angles to its
@@ -73,94 +78,100 @@ def vertex_quadrics(
         Of these faces.
     border_weight : float
         Weight of border planes, relative to faces as large as the square on the edge.
-    workers : int
-        Threads; 0 takes one per processor.
     seam : (e,) bool, optional
         Further edges that get planes like borders.
     """
-    count = len(points)
-    normal, area = np.empty((len(faces), 3)), np.empty(len(faces))
-
-    def measure(start: int, stop: int) -> None:
-        double = face_normals(points, faces[start:stop])
-        area[start:stop] = 0.5 * np.sqrt(np.einsum("mc,mc->m", double, double))
-        normal[start:stop] = unit(double)
-
-    yield from rest_blocks(measure, len(faces), workers=workers)
-    area = np.maximum(area, LEAST_AREA * area.mean()) if len(area) else area
-    planes = np.empty((10, len(faces)))
-
-    def spread(start: int, stop: int) -> None:
-        through = points[faces[start:stop, 0]]
-        planes[:, start:stop] = plane_quadrics(normal[start:stop], through, area[start:stop]).T
-
-    yield from rest_blocks(spread, len(faces), workers=workers)
-    quadrics, areas = np.zeros((count, 10)), np.zeros(count)
-    for corner in faces.T:
-        areas += np.bincount(corner, area, count)
-        yield
-        yield from _add_planes(quadrics, corner, planes)
+    triangles = _measure(points, faces)
+    quadrics, areas = _sum_face_planes(triangles)
     if border_weight > 0.0:
-        ends = yield from _ends_surface(normal, edges, workers)
-        lines = [(ends, border_weight)]
+        ends = _ends_surface(triangles.normals, edges)
+        _add_border_planes(quadrics, triangles, _sides_of(edges, ends), border_weight)
         if seam is not None and seam.any():
-            lines.append((seam & ~ends, SEAM_WEIGHT * border_weight))
-        for line, weight in lines:
-            side = np.sort(edges.sides[np.repeat(line, edges.uses)])
-            yield
-            yield from _add_borders(quadrics, points, faces, normal, side, weight, workers)
+            sides = _sides_of(edges, seam & ~ends)
+            _add_border_planes(quadrics, triangles, sides, SEAM_WEIGHT * border_weight)
     return quadrics, areas
 
 
-def _add_planes(quadrics: Floats, vertex: NDArray[np.integer], planes: Floats) -> Rests[None]:
+def _measure(points: Floats, faces: Integers) -> _Triangles:
+    """Return the faces with their normals and areas."""
+    normals, areas = np.empty((len(faces), 3)), np.empty(len(faces))
+
+    def measure(start: int, stop: int) -> None:
+        double = face_normals(points, faces[start:stop])
+        areas[start:stop] = 0.5 * np.sqrt(dot(double, double))
+        normals[start:stop] = unit(double)
+
+    run_blocks(measure, len(faces))
+    return _Triangles(points, faces, normals, areas)
+
+
+def _sum_face_planes(triangles: _Triangles) -> tuple[Floats, Floats]:
+    """Return the sums (n, 10) of the planes of the faces round each vertex, and of areas (n,)."""
+    points, faces, area = triangles.points, triangles.faces, triangles.areas
+    area = np.maximum(area, LEAST_AREA * area.mean()) if len(area) else area
+    planes = np.empty((10, len(faces)))
+
+    def fill(start: int, stop: int) -> None:
+        through = points[faces[start:stop, 0]]
+        planes[:, start:stop] = plane_quadrics(
+            triangles.normals[start:stop], through, area[start:stop]
+        ).T
+
+    run_blocks(fill, len(faces))
+    quadrics, areas = np.zeros((len(points), 10)), np.zeros(len(points))
+    for corner in faces.T:
+        areas += np.bincount(corner, area, len(points))
+        _add_planes(quadrics, corner, planes)
+    return quadrics, areas
+
+
+def _add_planes(quadrics: Floats, vertex: Integers, planes: Floats) -> None:
     """Add planes (10, m), each to the quadric of its vertex (m,)."""
     for k in range(10):
         quadrics[:, k] += np.bincount(vertex, planes[k], len(quadrics))
-        yield
 
 
-def _add_borders(
-    quadrics: Floats,
-    points: Floats,
-    faces: NDArray[np.integer],
-    normal: Floats,
-    side: Indices,
-    weight: float,
-    workers: int,
-) -> Rests[None]:
+def _sides_of(edges: Edges, chosen: Mask) -> Indices:
+    """Return the sides of faces at the chosen edges (e,), ascending."""
+    return np.sort(edges.sides[np.repeat(chosen, edges.uses)])
+
+
+def _add_border_planes(
+    quadrics: Floats, triangles: _Triangles, sides: Indices, weight: float
+) -> None:
     """Add planes through sides of faces, at right angles to these."""
-    planes = np.empty((10, len(side)))
-    vertices = np.empty((2, len(side)), dtype=np.intp)
+    points, faces = triangles.points, triangles.faces
+    planes = np.empty((10, len(sides)))
+    vertices = np.empty((2, len(sides)), dtype=np.intp)
 
     def stand(start: int, stop: int) -> None:
-        corner, face = np.divmod(side[start:stop], len(faces))
+        corner, face = np.divmod(sides[start:stop], len(faces))
         begin, end = faces[face, corner], faces[face, (corner + 1) % 3]
-        across = np.cross(points[end] - points[begin], normal[face])
-        square = np.einsum("mc,mc->m", across, across)
+        across = np.cross(points[end] - points[begin], triangles.normals[face])
+        square = dot(across, across)
         planes[:, start:stop] = plane_quadrics(unit(across), points[begin], weight * square).T
         vertices[:, start:stop] = begin, end
 
-    yield from rest_blocks(stand, len(side), workers=workers)
-    if len(side):
+    run_blocks(stand, len(sides))
+    if len(sides):
         for vertex in vertices:
-            yield from _add_planes(quadrics, vertex, planes)
+            _add_planes(quadrics, vertex, planes)
 
 
-def _ends_surface(normals: Floats, edges: Edges, workers: int) -> Rests[NDArray[np.bool_]]:
+def _ends_surface(normals: Floats, edges: Edges) -> Mask:
     """Return the edges of one face, of more than two, or of two that fold back."""
     ends = np.asarray(edges.uses != 2)
     first = np.cumsum(edges.uses) - edges.uses
-    yield
 
-    def fold(start: int, stop: int) -> None:
+    def look_for_folds(start: int, stop: int) -> None:
         pair = start + np.flatnonzero(~ends[start:stop])
         sides = edges.sides[first[pair]], edges.sides[first[pair] + 1]
         one, other = (normals[side % len(normals)] for side in sides)
         # Faces with the same winding run along their edge in opposite directions.
         sense = np.where(edges.forward[sides[0]] == edges.forward[sides[1]], -1.0, 1.0)
-        ends[pair] = sense * np.einsum("ec,ec->e", one, other) < FOLD
+        ends[pair] = sense * dot(one, other) < FOLD_COSINE
 
-    yield from rest_blocks(fold, len(ends), workers=workers)
+    run_blocks(look_for_folds, len(ends))
     return ends
 
 

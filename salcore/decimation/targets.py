@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from .errors import ParameterError
-from .geometry import Floats
-from .parameters import TARGETS
-from .progress import Rests, Steps
+from ..arrays.types import Floats
+from ..errors import ParameterError
+from ..parameters import TARGETS
+from ..progress import SILENT, Progress
 
 CLOSE = 0.01
 """Share of the count to which the fewest points within an error are found."""
@@ -62,9 +62,13 @@ def count_for(name: str, value: float, available: int, protected: int) -> int:
 
 
 def count_within(
-    bound: float, estimate: Floats, measure: Callable[[int], Rests[float]], least: int
-) -> Steps[int]:
-    """Yield the share done; return about the fewest points whose measured error is within a bound.
+    bound: float,
+    estimate: Floats,
+    measure: Callable[[int], float],
+    least: int,
+    progress: Progress = SILENT,
+) -> int:
+    """Return about the fewest points whose measured error is within a bound.
 
     Parameters
     ----------
@@ -72,9 +76,10 @@ def count_within(
     estimate : (n,) float64
         Estimated error of keeping 0, 1, 2, ... points, falling; it says where to start.
     measure : callable
-        Measures the error of a count, in steps that rest only.
+        Measures the error of a count.
     least : int
         Fewest points to try.
+    progress : Progress, optional
 
     Notes
     -----
@@ -84,19 +89,19 @@ def count_within(
     most = len(estimate)
     high = int(np.clip(np.count_nonzero(estimate > bound), max(least, 1), most))
     low = 0
-    steps = 0
-    while high < most and (yield from measure(high)) > bound:
+    trials = 0
+    while high < most and measure(high) > bound:
         low, high = high, min(int(high * STEP) + 1, most)
-        steps += 1
-        yield 1.0 - 0.8**steps
+        trials += 1
+        progress(1.0 - 0.8**trials)
     fewest = max(least, 1)
     # Without a count that is too small the search still goes down; then it halves.
     while high - low > max(CLOSE * high, 1) if low else high > fewest:
         trial = (low + high) // 2 if low else max(int(high / STEP), fewest)
-        if (yield from measure(trial)) > bound:
+        if measure(trial) > bound:
             low = trial
         else:
             high = trial
-        steps += 1
-        yield 1.0 - 0.8**steps
+        trials += 1
+        progress(1.0 - 0.8**trials)
     return high

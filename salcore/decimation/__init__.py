@@ -1,0 +1,14 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Any count, ratio or error, beyond the paper: half-edge collapses in order, and cuts through it.
+
+surface             the triangles that are simplified: a mesh's faces, a cloud's stars
+quadrics            sums of squared distances to planes
+costs               what a collapse costs
+half_edges          the edges that are left, both ways, with their costs
+one_rings           the faces and edges round the vertices that a round removes
+legality            which collapses a surface can bear
+order               the rounds of collapses: rank, parent and error of every vertex
+cut                 what a count keeps, and what stands for the rest
+targets             what a caller asks for, as a count
+attribute_transfer  where corners and edges of the result take their values from
+"""
