@@ -10,7 +10,7 @@ from shapes import grid, sphere_cloud
 import salcore
 from salcore.input.geometry import clean
 from salcore.method.graph import build_graph
-from salcore.triangles import star_triangles
+from salcore.decimation.surface import star_triangles
 
 
 def graph_of(points, faces=None, **changes):
