@@ -109,7 +109,7 @@ class Costs:
         result = np.empty(len(source))
 
         def kernel(start: int, stop: int) -> None:
-            i, j = source[start:stop], target[start:stop]
+            i, j = source[start:stop].astype(np.intp), target[start:stop].astype(np.intp)
             quadric = self.quadric.take(i, axis=0)
             error = np.einsum("ek,ek->e", quadric, self.monomials.take(j, axis=0))
             cost = np.maximum(error + self.self_error.take(j), 0.0) * self.factor.take(i)

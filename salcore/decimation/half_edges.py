@@ -51,9 +51,8 @@ class HalfEdges:
         seams = np.bincount(low[seam], minlength=len(costs.points))
         seams += np.bincount(high[seam], minlength=len(costs.points))
         failed = np.zeros(len(source), dtype=bool)
-        half_edges = cls(source, np.empty(len(source)), failed, seam, seams.astype(np.int32))
-        for half in np.split(np.arange(len(source)), 2):
-            half_edges.cost[half] = half_edges._evaluate(half, costs)
+        half_edges = cls(source, np.empty(0), failed, seam, seams.astype(np.int32))
+        half_edges.cost = half_edges._evaluate(np.arange(len(source), dtype=np.int32), costs)
         return half_edges
 
     def target(self, half: Integers) -> Ints:
@@ -175,19 +174,18 @@ class HalfEdges:
         low, high = self.source.reshape(2, -1)
         edge = np.flatnonzero(dirty.take(low) | dirty.take(high))
         edge = edge[low[edge] != high[edge]]
-        for half in (edge, edge + len(self.seam)):
-            self.cost[half] = self._evaluate(half, costs)
-            self.failed[half] = False
+        half = np.concatenate([edge, edge + len(self.seam)])
+        self.cost[half] = self._evaluate(half, costs)
+        self.failed[half] = False
 
     def drop_dead(self) -> None:
         """Drop the dead edges."""
         low, high = self.source.reshape(2, -1)
-        alive = low != high
-        both = np.tile(alive, 2)
-        self.source = self.source[both]
-        self.cost = self.cost[both]
-        self.failed = self.failed[both]
-        self.seam = self.seam[alive]
+        half = np.flatnonzero(np.tile(low != high, 2))
+        self.seam = self.seam.take(half[: len(half) // 2])
+        self.source = self.source.take(half)
+        self.cost = self.cost.take(half)
+        self.failed = self.failed.take(half)
         self.dead = 0
 
     def renumber(self, number: Ints, alive: Indices) -> None:
