@@ -175,8 +175,9 @@ def conflicting(rings: OneRings, good: Mask) -> Mask:
     owner = np.concatenate([rings.edge_owner[new_edge], rings.face_owner[rim]])
     order = np.argsort(key)
     key, owner = key[order], owner[order]
-    again = np.flatnonzero(key[1:] == key[:-1])
-    one, other = owner[again], owner[again + 1]
+    first = np.flatnonzero(np.append(True, key[1:] != key[:-1])[: len(key)])
+    cheapest = np.minimum.reduceat(owner, first)
+    dearer = owner != np.repeat(cheapest, np.diff(np.append(first, len(key))))
     conflict = np.zeros(len(rings.removed), dtype=bool)
-    conflict[np.maximum(one, other)[one != other]] = True
+    conflict[owner[dearer]] = True
     return conflict
