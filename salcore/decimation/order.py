@@ -68,7 +68,7 @@ class Elimination:
         Estimate of the surface error once the vertex is gone, growing with falling rank: the root
         of the largest mean square distance to the planes of a vertex so far.
     rounds : tuple of (int, int, float)
-        Living vertices, collapses and largest cost of every round, for the curious.
+        Vertices left, collapses and largest cost of every round, for the curious.
     """
 
     rank: Indices
@@ -285,7 +285,7 @@ def _start(
     return _State(
         costs,
         half_edges,
-        corners=[np.ascontiguousarray(corner, dtype=np.int32) for corner in faces.T],
+        corners=[np.array(corner, dtype=np.int32, order="C") for corner in faces.T],  # copies
         degree=np.bincount(half_edges.source, minlength=count),
         guessed=weights.guessed_surface,
         vertex_id=np.arange(count),
