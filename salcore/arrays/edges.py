@@ -62,7 +62,7 @@ def find_edges(faces: Integers, count: int) -> Edges:
 
     run_blocks(encode, len(faces))
     flat = key.ravel()
-    sides = np.argsort(flat)
+    sides = np.argsort(flat, kind="stable")  # faster: scans come in sorted runs
     ordered = flat[sides]
     first = np.flatnonzero(np.append(True, ordered[1:] != ordered[:-1])[: len(ordered)])
     low, high = np.divmod(ordered[first], max(count, 1))

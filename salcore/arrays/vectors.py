@@ -15,6 +15,20 @@ def dot(first: Floats, second: Floats) -> Floats:
     return product
 
 
+def cross(first: Floats, second: Floats) -> Floats:
+    """Return the vector products (n, 3) of the rows of two arrays (n, 3).
+
+    As numpy's own, which takes five times as long.
+    """
+    a, b, c = first.T
+    x, y, z = second.T
+    product = np.empty_like(first)
+    product[:, 0] = b * z - c * y
+    product[:, 1] = c * x - a * z
+    product[:, 2] = a * y - b * x
+    return product
+
+
 def unit(vectors: Floats) -> Floats:
     """Return vectors of length one; those of no length, or hardly any, become zero.
 
@@ -44,8 +58,8 @@ def sum_by_label(vectors: Floats, labels: Integers, count: int) -> Floats:
 
 def face_normals(points: Floats, faces: Integers) -> Floats:
     """Return (m, 3) float64 normals of length twice the area of each face."""
-    a, b, c = (points[faces[:, k]] for k in range(3))
-    return np.cross(b - a, c - a)
+    a, b, c = (points.take(faces[:, k], axis=0) for k in range(3))
+    return cross(b - a, c - a)
 
 
 def hash01(numbers: Integers) -> Floats:

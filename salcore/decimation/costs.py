@@ -8,10 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays.blocks import run_blocks
-from ..arrays.edges import Edges
 from ..arrays.types import Floats, Indices, Integers, Ints, Mask
 from ..arrays.vectors import sum_by_label
-from .quadrics import monomials, point_quadrics, vertex_quadrics
+from .quadrics import monomials, point_quadrics
 
 COST_BLOCK = 1 << 15
 """Half-edges whose costs are worked out at once."""
@@ -73,12 +72,10 @@ class Costs:
     protected: Mask
 
     @classmethod
-    def of_surface(
-        cls, points: Floats, faces: Integers, edges: Edges, seam: Mask, weights: Weights
+    def of_vertices(
+        cls, points: Floats, quadric: Floats, area: Floats, weights: Weights, mean_area: float
     ) -> Costs:
-        """Return the costs of a surface that is still whole."""
-        quadric, area = vertex_quadrics(points, faces, edges, weights.border, seam)
-        mean_area = area.mean() if area.any() else 1.0
+        """Return the costs of a whole surface; takes `quadric` over, and adds to it."""
         products = np.empty((len(points), 10))
 
         def fill(start: int, stop: int) -> None:
@@ -109,7 +106,7 @@ class Costs:
         result = np.empty(len(source))
 
         def kernel(start: int, stop: int) -> None:
-            i, j = source[start:stop], target[start:stop]
+            i, j = source[start:stop].astype(np.intp), target[start:stop].astype(np.intp)
             quadric = self.quadric.take(i, axis=0)
             error = np.einsum("ek,ek->e", quadric, self.monomials.take(j, axis=0))
             cost = np.maximum(error + self.self_error.take(j), 0.0) * self.factor.take(i)
@@ -120,7 +117,7 @@ class Costs:
         run_blocks(kernel, len(source), size=COST_BLOCK)
         return result
 
-    def merge(self, removed: Indices, kept: Ints) -> Indices:
+    def merge(self, removed: Integers, kept: Integers) -> Integers:
         """Add what the removed stand for to the kept, and return these (c,), each once."""
         changed, place = np.unique(kept, return_inverse=True)
         # The area that is there comes first: sums depend on their order.

@@ -17,6 +17,32 @@ MAX_DEAD = 0.1
 """Share of dead edges that are carried along before they are dropped."""
 
 
+@dataclass(frozen=True, eq=False)
+class Ties:
+    """What decides between equal costs where vertices do not bear the input's numbers.
+
+    Attributes
+    ----------
+    vertex : (n,) int32
+        The input's numbers of the vertices.
+    edge : (e,) int32
+        What the numbers of the edges would be.
+    """
+
+    vertex: Ints
+    edge: Ints
+
+    @classmethod
+    def of_edges(cls, low: Ints, high: Ints, links: int, priority: Integers) -> Ties:
+        """Return the ties of edges (e,), of which the last are `links`, by their sorted ends."""
+        vertex = priority.astype(np.int32)
+        is_link = np.arange(len(low)) >= len(low) - links
+        order = np.lexsort((vertex.take(high), vertex.take(low), is_link))
+        edge = np.empty(len(low), dtype=np.int32)
+        edge[order] = np.arange(len(low))
+        return cls(vertex, edge)
+
+
 @dataclass(eq=False)
 class HalfEdges:
     """The e undirected edges, both ways: half-edge i runs back along half-edge i ± e, its twin.
@@ -33,6 +59,8 @@ class HalfEdges:
         Edges that stay as lines.
     seams : (n,) int32
         Number of seams at each vertex.
+    ties : Ties or None
+        Without them the numbers of vertices and half-edges decide between equal costs.
     dead : int
         Number of dead edges.
     """
@@ -42,18 +70,20 @@ class HalfEdges:
     failed: Mask
     seam: Mask
     seams: Ints
+    ties: Ties | None = None
     dead: int = 0
 
     @classmethod
-    def of_edges(cls, low: Ints, high: Ints, seam: Mask, costs: Costs) -> HalfEdges:
+    def of_edges(
+        cls, low: Ints, high: Ints, seam: Mask, costs: Costs, ties: Ties | None
+    ) -> HalfEdges:
         """Return the half-edges of edges (e,), with their costs."""
         source = np.concatenate([low, high])
         seams = np.bincount(low[seam], minlength=len(costs.points))
         seams += np.bincount(high[seam], minlength=len(costs.points))
         failed = np.zeros(len(source), dtype=bool)
-        half_edges = cls(source, np.empty(len(source)), failed, seam, seams.astype(np.int32))
-        for half in np.split(np.arange(len(source)), 2):
-            half_edges.cost[half] = half_edges._evaluate(half, costs)
+        half_edges = cls(source, np.empty(0), failed, seam, seams.astype(np.int32), ties)
+        half_edges.cost = half_edges._evaluate(np.arange(len(source), dtype=np.int32), costs)
         return half_edges
 
     def target(self, half: Integers) -> Ints:
@@ -89,21 +119,20 @@ class HalfEdges:
             Cheapest first.
         """
         chosen = np.flatnonzero(self._independent(candidates, least))
+        if self.ties is not None:
+            chosen = chosen[np.argsort(self.ties.vertex[chosen])]
         chosen = chosen[np.argsort(least[chosen], kind="stable")]
-        limit = least[candidates].max(initial=0.0)
-        half = np.flatnonzero(self.cost <= limit)
-        half = half[self.cost[half] == least[self.source[half]]]
-        cheapest = np.empty(len(least), dtype=np.intp)
-        cheapest[self.source[half]] = half  # of several that cost the same, the last
-        return cheapest[chosen]
+        return self._find_cheapest_of(least, least[candidates].max(initial=0.0))[chosen]
 
     def _independent(self, candidates: Mask, least: Floats) -> Mask:
         """Return candidates (n,), no two of them neighbours; of two the cheaper is preferred."""
         low, high = self.source.reshape(2, -1)
-        between = np.flatnonzero(candidates[low] & candidates[high])
-        low, high = low[between], high[between]
-        dearer = (least[low] > least[high]) | ((least[low] == least[high]) & (low > high))
-        loser, winner = np.where(dearer, (low, high), (high, low))
+        between = np.flatnonzero(candidates.take(low) & candidates.take(high))
+        low, high = low.take(between), high.take(between)
+        cost_low, cost_high = least.take(low), least.take(high)
+        later = low > high if self.ties is None else self.ties.vertex[low] > self.ties.vertex[high]
+        dearer = (cost_low > cost_high) | ((cost_low == cost_high) & later)
+        loser, winner = np.where(dearer, low, high), np.where(dearer, high, low)
         alive = loser != winner
         loser, winner = loser[alive], winner[alive]
         first = candidates.copy()
@@ -113,6 +142,23 @@ class HalfEdges:
         second[loser[first[winner]]] = False
         second[loser[second[loser] & second[winner]]] = False
         return first | second
+
+    def _find_cheapest_of(self, least: Floats, limit: float) -> Indices:
+        """Return the half-edge (n,) that costs the least of each vertex's, up to a limit."""
+        half = np.flatnonzero(self.cost <= limit)
+        source = self.source.take(half)
+        cheapest = self.cost.take(half) == least.take(source)
+        half, source = half[cheapest], source[cheapest]
+        found = np.empty(len(least), dtype=np.intp)
+        found[source] = half  # of several that cost the same, the last
+        if self.ties is not None:
+            tied = np.zeros(len(least), dtype=bool)
+            tied[source[found[source] != half]] = True
+            half = half[tied[source]]
+            edges = len(self.seam)
+            half = half[np.lexsort((self.ties.edge[half % edges], half >= edges))]
+            found[self.source[half]] = half
+        return found
 
     def penalize(self, half: Integers, factor: Floats) -> None:
         """Raise the costs of collapses that have failed, so that they do not crowd out others."""
@@ -175,19 +221,21 @@ class HalfEdges:
         low, high = self.source.reshape(2, -1)
         edge = np.flatnonzero(dirty.take(low) | dirty.take(high))
         edge = edge[low[edge] != high[edge]]
-        for half in (edge, edge + len(self.seam)):
-            self.cost[half] = self._evaluate(half, costs)
-            self.failed[half] = False
+        half = np.concatenate([edge, edge + len(self.seam)])
+        self.cost[half] = self._evaluate(half, costs)
+        self.failed[half] = False
 
     def drop_dead(self) -> None:
         """Drop the dead edges."""
         low, high = self.source.reshape(2, -1)
-        alive = low != high
-        both = np.tile(alive, 2)
-        self.source = self.source[both]
-        self.cost = self.cost[both]
-        self.failed = self.failed[both]
-        self.seam = self.seam[alive]
+        half = np.flatnonzero(np.tile(low != high, 2))
+        edge = half[: len(half) // 2]
+        self.seam = self.seam.take(edge)
+        if self.ties is not None:
+            self.ties = Ties(self.ties.vertex, self.ties.edge.take(edge))
+        self.source = self.source.take(half)
+        self.cost = self.cost.take(half)
+        self.failed = self.failed.take(half)
         self.dead = 0
 
     def renumber(self, number: Ints, alive: Indices) -> None:
@@ -195,3 +243,5 @@ class HalfEdges:
         self.drop_dead()
         self.source = number.take(self.source)
         self.seams = self.seams.take(alive)
+        if self.ties is not None:
+            self.ties = Ties(self.ties.vertex.take(alive), self.ties.edge)

@@ -13,7 +13,7 @@ import numpy as np
 from ..arrays.blocks import run_blocks
 from ..arrays.edges import edge_key
 from ..arrays.types import Floats, Indices, Integers, Mask
-from ..arrays.vectors import dot, sum_by_label
+from ..arrays.vectors import cross, dot, sum_by_label
 from .one_rings import OneRings
 
 MANY = np.iinfo(np.int32).max
@@ -106,35 +106,38 @@ def _turns_no_face(rings: OneRings, points: Floats) -> Mask:
     The normal of a face of hardly any area is noise, and a scan is full of slivers: faces are only
     held against what was there before, and a sliver that grows must face as its whole ring does.
     """
-    normal = np.empty((len(rings.faces), 3))
-
-    def measure(start: int, stop: int) -> None:
-        left = points.take(rings.left[start:stop], axis=0)
-        right = points.take(rings.right[start:stop], axis=0)
-        before = points.take(rings.removed[rings.face_owner[start:stop]], axis=0) - left
-        normal[start:stop] = np.cross(right - left, before)
-
-    run_blocks(measure, len(normal))
-    outward = sum_by_label(normal, rings.face_owner, len(rings.removed))
-    staying = np.flatnonzero(~rings.vanishing)
-    bad = np.empty(len(staying), dtype=bool)
+    total = len(rings.faces)
+    normal = np.empty((total, 3))
+    bad, appears = np.empty(total, dtype=bool), np.empty(total, dtype=bool)
 
     def compare(start: int, stop: int) -> None:
-        face = staying[start:stop]
-        owner, left = rings.face_owner[face], points.take(rings.left[face], axis=0)
-        base = points.take(rings.right[face], axis=0) - left
-        before = points.take(rings.removed[owner], axis=0) - left
-        after = points.take(rings.kept[owner], axis=0) - left
-        old, new = normal[face], np.cross(base, after)
+        base, before, after = _sides(rings, points, np.arange(start, stop))
+        old, new = cross(base, before), cross(base, after)
         was_sliver = _is_sliver(old, base, before)
-        appears = was_sliver & ~_is_sliver(new, base, after)
+        normal[start:stop] = old
         bad[start:stop] = turned_over(old, new) & ~was_sliver
-        bad[start:stop] |= appears & (dot(new, outward[owner]) <= 0.0)
+        appears[start:stop] = was_sliver & ~_is_sliver(new, base, after)
 
-    run_blocks(compare, len(staying))
+    run_blocks(compare, total)
+    bad &= ~rings.vanishing
+    grown = np.flatnonzero(appears & ~rings.vanishing)
+    if len(grown):
+        outward = sum_by_label(normal, rings.face_owner, len(rings.removed))
+        base, _, after = _sides(rings, points, grown)
+        bad[grown] |= dot(cross(base, after), outward[rings.face_owner[grown]]) <= 0.0
     good = np.ones(len(rings.removed), dtype=bool)
-    good[rings.face_owner[staying[bad]]] = False
+    good[rings.face_owner[bad]] = False
     return good
+
+
+def _sides(rings: OneRings, points: Floats, face: Indices) -> tuple[Floats, Floats, Floats]:
+    """Return three sides (f, 3) of faces: the one that stays, one before, and one after."""
+    owner = rings.face_owner.take(face)
+    left = points.take(rings.left.take(face), axis=0)
+    base = points.take(rings.right.take(face), axis=0) - left
+    before = points.take(rings.removed.take(owner), axis=0) - left
+    after = points.take(rings.kept.take(owner), axis=0) - left
+    return base, before, after
 
 
 def turned_over(before: Floats, after: Floats) -> Mask:
@@ -172,8 +175,9 @@ def conflicting(rings: OneRings, good: Mask) -> Mask:
     owner = np.concatenate([rings.edge_owner[new_edge], rings.face_owner[rim]])
     order = np.argsort(key)
     key, owner = key[order], owner[order]
-    again = np.flatnonzero(key[1:] == key[:-1])
-    one, other = owner[again], owner[again + 1]
+    first = np.flatnonzero(np.append(True, key[1:] != key[:-1])[: len(key)])
+    cheapest = np.minimum.reduceat(owner, first)
+    dearer = owner != np.repeat(cheapest, np.diff(np.append(first, len(key))))
     conflict = np.zeros(len(rings.removed), dtype=bool)
-    conflict[np.maximum(one, other)[one != other]] = True
+    conflict[owner[dearer]] = True
     return conflict

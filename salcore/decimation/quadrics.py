@@ -14,7 +14,7 @@ import numpy as np
 from ..arrays.blocks import run_blocks
 from ..arrays.edges import Edges
 from ..arrays.types import Floats, Indices, Integers, Mask
-from ..arrays.vectors import dot, face_normals, unit
+from ..arrays.vectors import cross, dot, face_normals, unit
 
 SEAM_WEIGHT = 0.1
 """Weight of the planes through seams, as a share of that of borders: on a textured scan with a
@@ -26,12 +26,16 @@ FOLD_COSINE = -0.5
 both planes go on, so the edge counts as a border."""
 
 
+COEFFICIENTS = [(i, j) for i in range(4) for j in range(i, 4)]
+"""Rows and columns of the matrix that a quadric's ten numbers stand for; 3 is the offset d."""
+
+
 def plane_quadrics(normals: Floats, points: Floats, weights: Floats) -> Floats:
     """Return the quadrics (m, 10) of planes with unit normals (m, 3) through points (m, 3)."""
-    offset = -dot(normals, points)
-    x, y, z = normals.T
-    rows = [x * x, x * y, x * z, x * offset, y * y, y * z, y * offset, z * z, z * offset]
-    return np.stack([*rows, offset * offset], axis=1) * weights[:, None]
+    planes = *normals.T, -dot(normals, points)
+    coefficients = [planes[i] * planes[j] * weights for i, j in COEFFICIENTS]
+    quadrics: Floats = np.stack(coefficients, axis=1)
+    return quadrics
 
 
 def point_quadrics(points: Floats, weights: Floats) -> Floats:
@@ -109,19 +113,23 @@ def _sum_face_planes(triangles: _Triangles) -> tuple[Floats, Floats]:
     """Return the sums (n, 10) of the planes of the faces round each vertex, and of areas (n,)."""
     points, faces, area = triangles.points, triangles.faces, triangles.areas
     area = np.maximum(area, LEAST_AREA * area.mean()) if len(area) else area
-    planes = np.empty((10, len(faces)))
+    planes = np.empty((4, len(faces)))
 
     def fill(start: int, stop: int) -> None:
-        through = points[faces[start:stop, 0]]
-        planes[:, start:stop] = plane_quadrics(
-            triangles.normals[start:stop], through, area[start:stop]
-        ).T
+        normals = triangles.normals[start:stop]
+        planes[:3, start:stop] = normals.T
+        planes[3, start:stop] = -dot(normals, points.take(faces[start:stop, 0], axis=0))
 
     run_blocks(fill, len(faces))
-    quadrics, areas = np.zeros((len(points), 10)), np.zeros(len(points))
-    for corner in faces.T:
+    corners = np.ascontiguousarray(faces.T)
+    quadrics, areas = np.empty((len(points), 10)), np.zeros(len(points))
+    for corner in corners:
         areas += np.bincount(corner, area, len(points))
-        _add_planes(quadrics, corner, planes)
+    # One coefficient at a time: all ten of all faces would take more memory than anything else.
+    for k, (i, j) in enumerate(COEFFICIENTS):
+        coefficient = planes[i] * planes[j] * area
+        first, second, third = (np.bincount(corner, coefficient, len(points)) for corner in corners)
+        quadrics[:, k] = first + second + third
     return quadrics, areas
 
 
@@ -147,7 +155,7 @@ def _add_border_planes(
     def stand(start: int, stop: int) -> None:
         corner, face = np.divmod(sides[start:stop], len(faces))
         begin, end = faces[face, corner], faces[face, (corner + 1) % 3]
-        across = np.cross(points[end] - points[begin], triangles.normals[face])
+        across = cross(points[end] - points[begin], triangles.normals[face])
         square = dot(across, across)
         planes[:, start:stop] = plane_quadrics(unit(across), points[begin], weight * square).T
         vertices[:, start:stop] = begin, end

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..arrays.blocks import run_blocks
 from ..arrays.edges import sort_rows
-from ..arrays.types import Ints
+from ..arrays.types import Integers, Ints
 from ..input.geometry import Geometry
 from ..method.graph import Graph, build_graph
 from ..parameters import Parameters
@@ -51,7 +51,7 @@ def elimination_surface(
     return faces, (np.ascontiguousarray(low), np.ascontiguousarray(high))
 
 
-def star_triangles(stars: Ints) -> Ints:
+def star_triangles(stars: Ints, priority: Integers | None = None) -> Ints:
     """Return the triangles that at least two of their corners have in their stars.
 
     Each star is a fan of triangles round its vertex. Where the stars agree they form a surface;
@@ -61,12 +61,15 @@ def star_triangles(stars: Ints) -> Ints:
     ----------
     stars : (n, w) int32
         Neighbours of each vertex by angle, filled up with -1 (`Graph.stars`).
+    priority : (n,) int, optional
+        A permutation by which corners and triangles are sorted, in place of the vertices' numbers.
 
     Returns
     -------
     (m, 3) int32
         Corners in ascending order: the sides of the surface are not told apart.
     """
+    number = np.arange(len(stars)) if priority is None else priority
     size = np.count_nonzero(stars >= 0, axis=1)
     # Two neighbours make one triangle, three or more close the fan.
     bounds = np.concatenate([[0], np.cumsum(np.where(size > 2, size, size == 2))])
@@ -79,10 +82,11 @@ def star_triangles(stars: Ints) -> Ints:
         row, slot = row[used], slot[used]
         after = block[row, np.where(slot + 1 < width[row], slot + 1, 0)]
         fan = np.column_stack([row + start, block[row, slot], after])
-        corners[bounds[start] : bounds[stop]] = np.sort(fan.astype(np.int32), axis=1)
+        corners[bounds[start] : bounds[stop]] = np.sort(number.take(fan), axis=1)
 
     run_blocks(spread_fans, len(stars))
     order, same = sort_rows(corners, len(stars))
     first_of_several = same & ~np.append(False, same[:-1])
-    surface: Ints = corners[order[:-1][first_of_several]]
+    vertex_of = np.argsort(number).astype(np.int32)
+    surface: Ints = vertex_of.take(corners.take(order[:-1][first_of_several], axis=0))
     return surface

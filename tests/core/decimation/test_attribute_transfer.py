@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where corners, edges and ranks of a result come from."""
+"""Where corners and edges of a result come from."""
 
 import numpy as np
 import pytest
 from shapes import grid
 
 import salcore
+from salcore.decimation.attribute_transfer import corner_sources, edge_sources
 
 
 def roof(width=13, height=9):
@@ -65,37 +66,27 @@ def test_edges_without_an_origin():
         salcore.simplify(points, ratio=0.5).corner_source(faces)
 
 
-def ranking(analysis, **wishes):
-    return salcore.run(analysis.ranking_steps(**wishes))
+def test_corners_by_hand():
+    # Vertex 1 went into 2, which has a corner in each of two charts, at u = 1 and at u = 9.
+    corners = np.array([[0, 1, 3], [2, 3, 4], [5, 2, 6]])
+    charts = np.array([[[0.0], [2], [0]], [[1], [0], [1]], [[9], [9], [8]]])
+    found = corner_sources(corners, np.array([[0, 2, 3]]), np.array([0]), charts)
+    assert found.tolist() == [[0, 3, 2]]
+    charts[0, 1] = 8
+    found = corner_sources(corners, np.array([[0, 2, 3]]), np.array([0]), charts)
+    assert found.tolist() == [[0, 7, 2]]
+    same = corner_sources(corners, corners, np.arange(3), charts)
+    assert same.tolist() == [[0, 1, 2], [3, 4, 5], [6, 7, 8]]
 
 
-@pytest.mark.parametrize("with_faces", [True, False])
-def test_ranks_are_those_of_every_cut(with_faces):
-    points, faces = roof()
-    points = np.concatenate([points, points[:5], [[np.nan, 0, 0]]])
-    analysis = salcore.analyze(points, faces if with_faces else None)
-    order = ranking(analysis)
-    n = len(points)
-    assert sorted(order.rank.tolist()) == list(range(n))
-    assert order.rank[-1] == n - 1
-    assert set(order.rank[n - 6 : n - 1]) == set(range(n - 6, n - 1))
-    root = int(np.argmin(order.rank))
-    assert order.parent[root] == -1
-    others = np.arange(n) != root
-    assert (order.rank[order.parent[others]] < order.rank[others]).all()
-    for count in (1, 10, 60, n - 6, n - 3):
-        result = analysis.simplify(count=count)
-        np.testing.assert_array_equal(np.flatnonzero(order.rank < count), result.indices)
-        ancestor = np.where(order.rank < count, np.arange(n), order.parent)
-        for _ in range(order.generations):
-            ancestor = ancestor[ancestor]
-        known = result.source >= 0
-        np.testing.assert_array_equal(ancestor[known], result.indices[result.source[known]])
-
-
-def test_the_least_inputs():
-    assert len(ranking(salcore.analyze(np.empty((0, 3)))).rank) == 0
-    one = ranking(salcore.analyze([[1.0, 2.0, 3.0]]))
-    assert (one.rank.tolist(), one.parent.tolist(), one.generations) == ([0], [-1], 0)
-    twins = ranking(salcore.analyze([[1.0, 2.0, 3.0]] * 3))
-    assert (twins.rank.tolist(), twins.parent.tolist()) == ([0, 1, 2], [-1, 0, 0])
+def test_edges_by_hand():
+    # Points 1 and 2 went into 0, point 4 into 3. Edge 2-4 lies along 0-3, edge 1-3 does not.
+    points = np.array([[0, 0, 0], [0, 1, 0], [1, 0, 0], [4, 0, 0], [3, 0, 0.0]])
+    edges = np.array([[1, 3], [2, 4], [0, 1], [0, 2]])
+    ends = np.array([[0, 1], [0, 1], [0, 0], [0, 0]])
+    kept, new = np.array([0, 3]), np.array([[1, 0]])
+    assert edge_sources(points, edges, ends, kept, new).tolist() == [1]
+    assert edge_sources(points, edges[:1], ends[:1], kept, new).tolist() == [0]
+    assert edge_sources(points, edges[2:], ends[2:], kept, new).tolist() == [-1]
+    dropped = np.array([[0, -1]])
+    assert edge_sources(points, edges[:1], dropped, kept, new).tolist() == [-1]

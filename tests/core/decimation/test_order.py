@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Elimination: exact counts, nested levels, surfaces that stay surfaces."""
 
-import dataclasses
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -11,11 +9,9 @@ from models import load_model
 from shapes import bumpy, cube_cloud, grid, hull_mesh, sphere_cloud, torus
 
 import salcore
-from salcore.geometry import clean
-from salcore.graph import build_graph
-from salcore.progress import finish
-from salcore.quadrics import minimizers, monomials, plane_quadrics, vertex_quadrics
-from salcore.triangles import find_edges, star_triangles
+from salcore.arrays.edges import find_edges
+from salcore.decimation.costs import Weights
+from salcore.decimation.order import eliminate
 
 MODELS = [
     "bun_zipper.ply", "Laurana50k.ply", "fandisk.obj", "rockerArm.ply", "lato000.ply",
@@ -23,49 +19,6 @@ MODELS = [
     "nasty/non_manif_hole.ply", "nasty/planar_logo.ply", "nasty/sliver_tet.ply",
     "nasty/terrain_utm.ply", "nasty/room_scan1_duplicates.ply",
 ]  # fmt: skip
-
-
-def test_a_quadric_is_the_squared_distance_to_its_plane():
-    quadric = plane_quadrics(np.array([[0, 0.6, 0.8]]), np.array([[1, 2, 3.0]]), np.array([2.0]))
-    away = np.array([[1, 2, 3], [5, 2, 3], [1, 2.6, 3.8], [1, 2, 8.0]])
-    assert monomials(away) @ quadric[0] == pytest.approx([0, 0, 2, 2 * 16])
-
-
-def test_the_minimum_of_three_planes_is_where_they_meet():
-    corner = np.array([1.0, -2.0, 0.5])
-    quadric = plane_quadrics(np.eye(3), np.tile(corner, (3, 1)), np.ones(3)).sum(axis=0)
-    found = minimizers(quadric[None], np.array([[1.1, -2.1, 0.6]]))
-    assert found == pytest.approx(corner[None], abs=1e-3)
-    nothing = minimizers(np.zeros((1, 10)), np.array([[7.0, 8, 9]]))
-    assert nothing.tolist() == [[7, 8, 9]]
-
-
-def test_border_planes_hold_the_rim_of_a_plane():
-    points, faces = grid(3, 3)
-    quadrics, areas = finish(vertex_quadrics(points, faces, finish(find_edges(faces, 9)), 1.0))
-    assert areas.sum() == pytest.approx(3 * 4)
-    inwards = monomials(points + np.array([0.5, 0, 0]))
-    cost = np.einsum("nk,nk->n", quadrics, inwards)
-    assert cost[4] == pytest.approx(0)  # the middle slides for nothing
-    assert (cost[[3, 5]] > 0.1).all()  # the sides do not
-    assert cost[1] == pytest.approx(0)  # along the rim is free
-
-
-def test_edges_of_two_triangles():
-    edges = finish(find_edges(np.array([[0, 1, 2], [2, 1, 3]]), 4))
-    pairs = list(zip(edges.low.tolist(), edges.high.tolist(), edges.uses.tolist(), strict=True))
-    assert pairs == [(0, 1, 1), (0, 2, 1), (1, 2, 2), (1, 3, 1), (2, 3, 1)]
-    assert edges.forward.tolist() == [True, False, True, True, False, False]
-
-
-def test_the_stars_of_a_scan_make_a_surface():
-    points, _ = load_model("bun_zipper.ply")
-    graph = finish(build_graph(clean(points), salcore.Parameters()))
-    triangles = finish(star_triangles(graph.stars))
-    assert len(np.unique(triangles, axis=0)) == len(triangles)
-    assert len(triangles) / len(points) == pytest.approx(2.0, abs=0.02)
-    uses = finish(find_edges(triangles, len(points))).uses
-    assert (uses == 2).mean() > 0.97
 
 
 def check_faces(result, points, faces):
@@ -96,12 +49,6 @@ def test_exact_counts_nested_levels_and_valid_faces(name):
         if faces is not None:
             check_faces(result, points, faces)
         before = result.indices
-
-
-@pytest.mark.parametrize("ratio", [0.0, 0.1, 1 / 3, 1.0])
-def test_ratios(ratio):
-    result = salcore.simplify(bumpy(1000), ratio=ratio)
-    assert len(result.indices) == max(round(ratio * 1000), 1)
 
 
 def test_duplicates_and_invalid_points_count_as_points():
@@ -142,21 +89,6 @@ def test_important_points_stay_longer():
         salcore.simplify(points, ratio=0.1, importance=-1.0 * above)
 
 
-@pytest.mark.parametrize("name", ["fandisk.obj", "nasty/non_manif_hole.ply"])
-@pytest.mark.parametrize("bound", [0.0, 0.0005, 0.005])
-def test_the_largest_error_is_honoured(name, bound):
-    points, faces = load_model(name)
-    analysis = salcore.analyze(points, faces)
-    result = analysis.simplify(max_error=bound)
-    errors = result.report.errors
-    assert errors.surface.max <= bound * errors.diagonal
-    if bound > 0.001:
-        assert len(result.indices) < 0.9 * len(points)
-    length = dataclasses.replace(analysis.parameters, error_unit="length")
-    same = dataclasses.replace(analysis, parameters=length)
-    assert (same.simplify(max_error=bound * errors.diagonal).indices == result.indices).all()
-
-
 def test_every_component_keeps_a_point():
     balls = [sphere_cloud(n) + np.array([3.0 * k, 0, 0]) for k, n in enumerate((900, 400, 100))]
     points = np.concatenate(balls)
@@ -195,7 +127,7 @@ def two_holed_torus():
 def characteristic(result):
     """Return Euler's number, the numbers of faces at edges, and whether all vertices are used."""
     count = len(result.indices)
-    edges = finish(find_edges(result.faces, count))
+    edges = find_edges(result.faces, count)
     used = len(np.unique(result.faces)) == count
     return count - len(edges.low) + len(result.faces), set(edges.uses.tolist()), used
 
@@ -245,35 +177,6 @@ def test_the_edges_of_a_cube_stay_straight():
     assert edge.mean() > 2 * (distance == 0).mean()
 
 
-def test_optimal_positions_lower_the_error_and_turn_no_face():
-    points, faces = load_model("rockerArm.ply")
-    original = salcore.simplify(points, faces, ratio=0.02)
-    parameters = salcore.Parameters(placement="optimal")
-    moved = salcore.simplify(points, faces, parameters=parameters, ratio=0.02)
-    assert (moved.indices == original.indices).all()
-    assert moved.positions.shape == (len(moved.indices), 3)
-    assert original.positions is None
-    assert moved.report.errors.surface.rms < 0.8 * original.report.errors.surface.rms
-    assert np.isfinite(moved.positions).all()
-
-
-@pytest.mark.parametrize(
-    ("target", "message"),
-    [
-        ({}, "no target given: give one of ratio, count, max_error, alpha"),
-        ({"ratio": 0.1, "count": 5}, r"2 targets given \(ratio, count\)"),
-        ({"ratio": 1.1}, "ratio=1.1: give a number from 0 to 1"),
-        ({"count": 0}, "count=0"),
-        ({"count": 2.5}, "count=2.5: give a whole number"),
-        ({"max_error": -1}, "max_error=-1"),
-        ({"rati": 0.3}, "no target 'rati'"),
-    ],
-)
-def test_mistakes(target, message):
-    with pytest.raises(salcore.ParameterError, match=message):
-        salcore.simplify(bumpy(30), **target)
-
-
 @settings(max_examples=40, deadline=None)
 @given(st.integers(1, 60), st.integers(0, 10**6), st.booleans(), st.floats(0, 1))
 def test_any_small_mesh(count, seed, flat, ratio):
@@ -287,3 +190,88 @@ def test_any_small_mesh(count, seed, flat, ratio):
     if result.faces is not None:
         check_faces(result, points, faces)
     assert np.isfinite(result.report.errors.surface.rms)
+
+
+def weights(count, **changes):
+    """Return weights of a surface that is known, on which nothing is dear."""
+    nothing = np.zeros(count)
+    ready = {"factor": nothing + 1, "evenness": nothing, "guessed_surface": nothing > 0}
+    return Weights(**{**ready, "protected": nothing > 0, "border": 1.0, **changes})
+
+
+NO_LINKS = (np.empty(0, dtype=np.int32), np.empty(0, dtype=np.int32))
+
+
+def test_the_middle_of_a_square_goes_first_and_costs_nothing():
+    points = np.array([[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0], [1.1, 1, 0]])
+    faces = np.array([[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]])
+    order = eliminate(points, faces, NO_LINKS, weights(5))
+    assert order.rank[4] == 4
+    assert order.parent[4] == 3  # all cost nothing: the last edge counts
+    assert order.error[4] == 0.0
+    assert order.rounds[0] == (4, 1, 0.0)
+    assert (np.diff(order.error[np.argsort(order.rank)]) <= 0).all()
+    assert order.error.max() > 0.1
+
+
+def test_links_lead_where_no_face_does():
+    points = np.array([[0, 0, 0], [1, 0, 0], [1.5, 0, 0.0]])
+    links = np.array([0, 1], dtype=np.int32), np.array([1, 2], dtype=np.int32)
+    loose = {"evenness": np.full(3, 0.1), "guessed_surface": np.ones(3, dtype=bool)}
+    order = eliminate(points, np.empty((0, 3), dtype=np.int32), links, weights(3, **loose))
+    assert sorted(order.rank.tolist()) == [0, 1, 2]
+    assert order.parent[np.argmax(order.rank)] >= 0
+    alone = eliminate(points, np.empty((0, 3), dtype=np.int32), NO_LINKS, weights(3))
+    assert alone.parent.tolist() == [-1, 0, 0]  # components go into the first, at no error
+    assert alone.error.tolist() == [0, 0, 0]
+
+
+def test_protected_vertices_outlast_all_others():
+    points, faces = grid(9, 9)
+    protected = np.arange(81) % 7 == 0
+    order = eliminate(points, faces, NO_LINKS, weights(81, protected=protected))
+    assert (order.rank[protected] < protected.sum()).all()
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("shape", ["grid", "torus", "scan"])
+def test_renumbered_vertices_go_in_the_same_order(shape, seed):
+    points, faces = {
+        "grid": lambda: grid(21, 17),  # full of ties
+        "torus": lambda: torus(40, 20),
+        "scan": lambda: load_model("nasty/non_manif_hole.ply"),
+    }[shape]()
+    count = len(points)
+    seams = faces[:30, :2] if seed % 2 else None
+    order = eliminate(points, faces, NO_LINKS, weights(count), seams)
+    old = np.random.default_rng(seed).permutation(count)
+    new = np.argsort(old)
+    moved = None if seams is None else new[seams]
+    again = eliminate(points[old], new[faces], NO_LINKS, weights(count), moved, priority=old)
+    assert (again.rank == order.rank[old]).all()
+    assert (again.error == order.error[old]).all()
+    assert (np.where(again.parent < 0, -1, old[again.parent]) == order.parent[old]).all()
+
+
+@pytest.mark.parametrize("order", ["C", "F"])
+def test_the_input_is_left_alone(order):
+    points, faces = grid(9, 9)
+    faces, weight = np.array(faces, dtype=np.int32, order=order), weights(81, evenness=np.ones(81))
+    before = points.copy(), faces.copy()
+    first = eliminate(points, faces, NO_LINKS, weight)
+    assert (points == before[0]).all()
+    assert (faces == before[1]).all()
+    assert (eliminate(points, faces, NO_LINKS, weight).rank == first.rank).all()
+
+
+def test_progress_grows_and_cancels():
+    points, faces = torus(40, 20)
+    shares = []
+    work = salcore.progress.Progress(lambda stage, share: shares.append(share), "Elimination")
+    eliminate(points, faces, NO_LINKS, weights(len(points)), progress=work)
+    assert (np.diff(shares) >= 0).all()
+    assert 0.99 < shares[-1] <= 1.0
+    assert len(shares) > 10
+    stop = salcore.progress.Progress(lambda stage, share: share < 0.5, "Elimination")
+    with pytest.raises(salcore.Cancelled, match="cancelled during Elimination"):
+        eliminate(points, faces, NO_LINKS, weights(len(points)), progress=stop)

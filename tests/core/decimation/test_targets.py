@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What can be asked for, and how many points it comes to."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from models import load_model
+from shapes import bumpy
+
+import salcore
+from salcore.decimation.targets import CLOSE, count_for, count_within, one_target
+from salcore.progress import Progress
+
+
+@pytest.mark.parametrize("ratio", [0.0, 0.1, 1 / 3, 1.0])
+def test_ratios(ratio):
+    result = salcore.simplify(bumpy(1000), ratio=ratio)
+    assert len(result.indices) == max(round(ratio * 1000), 1)
+
+
+@pytest.mark.parametrize(
+    ("target", "message"),
+    [
+        ({}, "no target given: give one of ratio, count, max_error, alpha"),
+        ({"ratio": 0.1, "count": 5}, r"2 targets given \(ratio, count\)"),
+        ({"ratio": 1.1}, "ratio=1.1: give a number from 0 to 1"),
+        ({"count": 0}, "count=0"),
+        ({"count": 2.5}, "count=2.5: give a whole number"),
+        ({"max_error": -1}, "max_error=-1"),
+        ({"rati": 0.3}, "no target 'rati'"),
+    ],
+)
+def test_mistakes(target, message):
+    with pytest.raises(salcore.ParameterError, match=message):
+        salcore.simplify(bumpy(30), **target)
+
+
+@pytest.mark.parametrize("name", ["fandisk.obj", "nasty/non_manif_hole.ply"])
+@pytest.mark.parametrize("bound", [0.0, 0.0005, 0.005])
+def test_the_largest_error_is_honoured(name, bound):
+    points, faces = load_model(name)
+    analysis = salcore.analyze(points, faces)
+    result = analysis.simplify(max_error=bound)
+    errors = result.report.errors
+    assert errors.surface.max <= bound * errors.diagonal
+    if bound > 0.001:
+        assert len(result.indices) < 0.9 * len(points)
+    length = dataclasses.replace(analysis.parameters, error_unit="length")
+    same = dataclasses.replace(analysis, parameters=length)
+    assert (same.simplify(max_error=bound * errors.diagonal).indices == result.indices).all()
+
+
+def test_one_target_is_checked():
+    assert one_target({"ratio": None, "count": 7}) == ("count", 7)
+    assert one_target({"alpha": 30}) == ("alpha", 30.0)
+
+
+def test_counts_of_ratios():
+    assert count_for("ratio", 0.5, 101, 0) == 50
+    assert count_for("ratio", 0.0, 101, 0) == 1
+    assert count_for("ratio", 0.0, 0, 0) == 0
+    assert count_for("count", 101, 101, 101) == 101
+    with pytest.raises(salcore.ParameterError, match="count=5: that is 5 points, but 6 are prot"):
+        count_for("count", 5, 101, 6)
+
+
+@pytest.mark.parametrize("fewest", [1, 4, 37, 900, 1000])
+@pytest.mark.parametrize("guess", [1, 30, 800, 1000])
+@pytest.mark.parametrize("least", [1, 50])
+def test_the_fewest_points_within_an_error(fewest, guess, least):
+    """The error falls below the bound at `fewest`; the estimate says at `guess`."""
+    trials, shares = [], []
+
+    def measure(count):
+        trials.append(count)
+        return 0.5 if count >= fewest else 2.0
+
+    estimate = np.where(np.arange(1000) < guess, 2.0, 0.5)
+    work = Progress(lambda stage, share: shares.append(share))
+    count = count_within(1.0, estimate, measure, least, work)
+    assert count >= max(fewest, least)
+    assert count <= max(fewest * (1 + CLOSE) + 1, least)
+    assert len(trials) <= 30
+    assert (np.diff(shares) > 0).all()
+    assert len(shares) in (len(trials), len(trials) - 1)
+
+
+def test_no_points_at_all():
+    assert count_within(1.0, np.empty(0), lambda count: 0.0, 1) == 0
