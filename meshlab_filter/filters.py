@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Filters on a `pymeshlab.MeshSet`, named and used as MeshLab's own.
+"""Filters on a `pymeshlab.MeshSet`, named and called like MeshLab's own.
 
-Every filter works on the current layer. Parameters are those of salcore's table, in lower case
-without underscores (`deviationthreshold`), and `preset`; they are keyword arguments of the
+Every filter works on the current layer. Its parameters are `preset` and those of salcore's table,
+in lower case without underscores (`deviationthreshold`); they are keyword arguments of the
 functions here and of `apply`.
 """
 
@@ -26,7 +26,7 @@ _FILTERS: dict[str, tuple[Callable[..., dict[str, Any]], dict[str, Any]]] = {}
 
 
 def meshlab_name(name: str) -> str:
-    """Return a parameter's name in MeshLab's manner."""
+    """Return a parameter's name as MeshLab spells it: without underscores."""
     return name.replace("_", "")
 
 
@@ -35,11 +35,13 @@ _TARGETS = {meshlab_name(row.name): row for row in salcore.TARGETS}
 _ANALYSIS = {"preset": "default"} | {name: row.default for name, row in _ROWS.items()}
 
 
-def _filter(**own: Any) -> Callable[[Callable[..., dict[str, Any]]], Callable[..., dict[str, Any]]]:
+def _filter(
+    **defaults: Any,
+) -> Callable[[Callable[..., dict[str, Any]]], Callable[..., dict[str, Any]]]:
     """Register a filter with the defaults of its parameters."""
 
     def register(function: Callable[..., dict[str, Any]]) -> Callable[..., dict[str, Any]]:
-        _FILTERS[function.__name__] = (function, own)
+        _FILTERS[function.__name__] = (function, defaults)
         return function
 
     return register
@@ -51,7 +53,7 @@ def filter_list() -> list[str]:
 
 
 def filter_parameter_values(name: str) -> dict[str, Any]:
-    """Return the parameters of a filter with their defaults; None must be given."""
+    """Return the parameters of a filter with their defaults; None stands for no default."""
     return dict(_find(name)[1])
 
 
@@ -63,28 +65,30 @@ def apply(mesh_set: Any, name: str, **parameters: Any) -> dict[str, Any]:
     salcore.ParameterError
         If there is no such filter or parameter.
     """
-    function, known = _find(name)
+    function, defaults = _find(name)
     for given in parameters:
-        if meshlab_name(given) not in known and given != "progress":
+        if meshlab_name(given) not in defaults and given != "progress":
             raise salcore.ParameterError(
-                f"no parameter {given!r}; {_closest(meshlab_name(given), known)}"
+                f"no parameter {given!r}; {_closest(meshlab_name(given), defaults)}"
             )
     return function(mesh_set, **parameters)
 
 
 def _find(name: str) -> tuple[Callable[..., dict[str, Any]], dict[str, Any]]:
+    """Return a filter and the defaults of its parameters."""
     if name not in _FILTERS:
         raise salcore.ParameterError(f"no filter {name!r}; {_closest(name, _FILTERS)}")
     return _FILTERS[name]
 
 
 def _closest(name: str, names: Any) -> str:
+    """Return the remedy for a wrong name: the most similar one, or the list of all."""
     close = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
     return f"did you mean {close[0]}?" if close else f"choose one of {', '.join(sorted(names))}"
 
 
 def make_parameters(preset: str = "default", **values: Any) -> salcore.Parameters:
-    """Return the parameters of a preset with some values changed, by either form of their names."""
+    """Return the parameters of a preset with some values changed; names may have underscores."""
     rows = {name: row.name for name, row in _ROWS.items()}
     changed = {}
     for name, value in values.items():
@@ -106,7 +110,7 @@ def _analyze(
 
 
 def _split(parameters: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return the targets, by their Python names, and the other parameters."""
+    """Return the targets, by their names in salcore, and the other parameters."""
     targets = {
         _TARGETS[meshlab_name(name)].name: value
         for name, value in parameters.items()
@@ -122,8 +126,8 @@ def compute_scalar_by_saliency_per_vertex(
 ) -> dict[str, Any]:
     """Store the saliency of every vertex, in [0, 1], as the quality of the current layer.
 
-    It is also the custom attribute `saliency`. With `colorize` the vertices take the colours of
-    the map: blue for low, red for high.
+    It also becomes the custom attribute `saliency`. With `colorize` it is shown as the colour of
+    the vertices, from blue for low to red for high.
 
     Returns
     -------
@@ -133,7 +137,7 @@ def compute_scalar_by_saliency_per_vertex(
     analysis = _analyze(mesh_set, progress, **parameters)
     bridge.set_scalar(mesh_set, analysis.saliency, "saliency")
     if colorize:
-        # MeshLab's map runs from red to blue, hence the bounds are exchanged.
+        # MeshLab's colour map runs from red to blue, so the bounds are swapped.
         mesh_set.compute_color_from_scalar_per_vertex(minval=1.0, maxval=0.0, colormap="RGB")
     return {"mean_saliency": float(analysis.saliency.mean()), "seconds": analysis.seconds}
 
@@ -142,9 +146,9 @@ def compute_scalar_by_saliency_per_vertex(
 def compute_scalar_by_saliency_region_per_vertex(
     mesh_set: Any, *, colorize: bool = False, progress: Callback | None = None, **parameters: Any
 ) -> dict[str, Any]:
-    """Store the number of every vertex's region as the quality of the current layer.
+    """Store the region of every vertex, as a number, as the quality of the current layer.
 
-    It is also the custom attribute `region`. With `colorize` each region takes a colour.
+    It also becomes the custom attribute `region`. With `colorize` every region gets a colour.
 
     Returns
     -------
@@ -169,10 +173,10 @@ def _simplify(
     keepseams: bool = False,
     **parameters: Any,
 ) -> salcore.Simplification:
-    """Simplify the current layer by the one target among the parameters.
+    """Simplify the current layer to the one target among the parameters.
 
-    A `pymeshlab.PercentageValue` for the largest error is one of the diagonal, a `PureValue` is a
-    length, as in MeshLab's own filters.
+    As in MeshLab's own filters, the largest error may be a `pymeshlab.PercentageValue`, of the
+    bounding box's diagonal, or a `PureValue`, a length.
     """
     targets, others = _split(parameters)
     error = targets.get("max_error")
@@ -191,7 +195,7 @@ def _simplify(
 
 
 def _custom_names(mesh_set: Any, names: str | tuple[str, ...]) -> tuple[str, ...]:
-    """Return the names of custom scalar attributes, all of which the current layer has."""
+    """Return the names of custom scalar attributes, which the current layer must have."""
     names = (names,) if isinstance(names, str) else tuple(names)
     for name in names if mesh_set.mesh_number() else ():
         try:
@@ -229,10 +233,10 @@ def generate_simplified_point_cloud_by_saliency(
     progress: Callback | None = None,
     **parameters: Any,
 ) -> dict[str, Any]:
-    """Add a layer with the kept points of the current layer; it becomes the current one.
+    """Add a layer with the kept points of the current one, and make it the current layer.
 
-    The points are original ones, with colours, normals, quality, texture coordinates and selection
-    (and the custom scalar attributes named by `customattributes`). The source stays as it was.
+    They are original points with their colours, normals, quality, texture coordinates, selection,
+    and the custom scalar attributes that `customattributes` names. The source does not change.
 
     Returns
     -------
@@ -256,13 +260,13 @@ def meshing_decimation_by_saliency(
     progress: Callback | None = None,
     **parameters: Any,
 ) -> dict[str, Any]:
-    """Simplify the mesh of the current layer, and stay a mesh.
+    """Simplify the mesh of the current layer to a mesh, which replaces it.
 
-    Vertices keep what the point cloud's do, faces their colours, quality and wedge texture
-    coordinates. Seams of the texture stay as lines, unless `keepseams` is False: then more of the
-    shape is kept, but faces reach across seams. A mesh with several textures keeps its
-    coordinates, not the textures. pymeshlab cannot exchange a layer's mesh, so the layer gets a new
-    number and comes last; its label and matrix stay.
+    Vertices keep their attributes as in `generate_simplified_point_cloud_by_saliency`, faces their
+    colours, quality and wedge texture coordinates. Seams of the texture are kept as lines; with
+    `keepseams` False the error is smaller, but faces reach across seams. A mesh with several
+    textures keeps its texture coordinates, but not the textures. pymeshlab cannot exchange the mesh
+    of a layer, so the layer gets a new number and comes last; its label and matrix are kept.
 
     Returns
     -------
@@ -298,7 +302,7 @@ def get_simplification_error(
     ----------
     mesh_set : pymeshlab.MeshSet
     originalmesh, simplifiedmesh : int
-        Identifiers of the layers; their matrices are applied.
+        Numbers of the layers, whose matrices are applied.
     """
     surfaces: list[salcore.Surface] = []
     for name, number in (("originalmesh", originalmesh), ("simplifiedmesh", simplifiedmesh)):

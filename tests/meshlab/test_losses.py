@@ -8,9 +8,10 @@ import pymeshlab
 import pytest
 from shapes import torus
 
-from meshlab_filter import demo, files
-from meshlab_filter.command import main
-from meshlab_filter.projects import save_project
+from meshlab_filter.cli import demo
+from meshlab_filter.cli.command import main
+from meshlab_filter.io import files
+from meshlab_filter.io.projects import save_project
 
 
 @pytest.fixture

@@ -12,8 +12,9 @@ import pytest
 from models import model_path
 from shapes import bumpy, torus
 
-from meshlab_filter import demo, files
-from meshlab_filter.command import main
+from meshlab_filter.cli import demo
+from meshlab_filter.cli.command import main
+from meshlab_filter.io import files
 
 COMMAND = [sys.executable, "-m", "meshlab_filter"]
 SMALL = ["degtri_sliding.off", "non_manif_hole.ply", "planar_logo.ply", "sliver_tet.ply"]

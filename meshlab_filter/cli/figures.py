@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Figures for people."""
+"""Format reports and errors as text."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 
 def figures(report: dict[str, Any]) -> str:
-    """Return the report for people."""
+    """Return a report (`salcore.Report.as_dict`) as lines of text."""
     lines = [
         f"  points   {report['points_before']:,} -> {report['points_after']:,} "
         f"({report['rate']:.1%} less)",
@@ -23,7 +23,7 @@ def figures(report: dict[str, Any]) -> str:
 
 
 def error_figures(errors: dict[str, Any]) -> str:
-    """Return the errors for people: in the file's unit, and in per cent of the diagonal."""
+    """Return errors as lines of text, in the file's unit and in per cent of the diagonal."""
     share = 100.0 / errors["diagonal"] if errors["diagonal"] else 0.0
     names = {
         "point": "to the nearest point",

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What of a mesh is in the file that was just written, seen by reading it again."""
+"""Read a file back after writing it, and report what its format lost."""
 
 from __future__ import annotations
 
@@ -10,29 +10,30 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from . import meshlab
-from .errors import FileError
+from ..errors import FileError
+from . import pymeshlab_io
 
-WHOLE = {".ply"}
-"""Formats that hold all that MeshLab keeps, and whose writer reports a full disk."""
+LOSSLESS = {".ply"}
+"""Formats that hold all that MeshLab does, and whose writers report a full disk."""
 ROUNDING = 1e-6
-"""Share of the bounding box's diagonal up to which rounding by a format goes unmentioned."""
+"""Share of the bounding box's diagonal up to which a format may round in silence."""
 
 
 def check_written(
-    mesh: Any, written: Path, path: Path, *, like: Any, warn: Callable[[str], None]
+    mesh: Any, written: Path, path: Path, *, reference: Any, warn: Callable[[str], None]
 ) -> None:
-    """Read a file back, and tell what the format lost or rounded.
+    """Read a file back, and warn of what the format lost or rounded.
 
     Parameters
     ----------
     mesh : pymeshlab.Mesh
-        What was to be written.
+        The mesh that was written.
     written, path : Path
-        Where it is, and the name that the user knows.
-    like : pymeshlab.Mesh
-        What this mesh does not have is not missed.
+        The file, and the path that messages name.
+    reference : pymeshlab.Mesh
+        Attributes that this mesh does not have are not missed.
     warn : callable
+        Called with a sentence for each loss.
 
     Raises
     ------
@@ -40,11 +41,11 @@ def check_written(
         If points or faces are missing, or nothing can be read.
     """
     ending = path.suffix.lower()
-    if ending in WHOLE or not written.is_file():
+    if ending in LOSSLESS or not written.is_file():
         return
     try:
-        mesh_set = meshlab.load(written)  # its mesh lives no longer
-    except meshlab.UnknownFormatError:
+        mesh_set = pymeshlab_io.load(written)  # the set owns its mesh
+    except pymeshlab_io.UnknownFormatError:
         warn(f"{path}: MeshLab cannot read {ending} files, so what is in it was not checked")
         return
     except FileError as error:
@@ -65,7 +66,7 @@ def check_written(
         )
     if len(found) < len(points):
         warn(f"{path}: the format dropped {len(points) - len(found)} points that no face uses")
-    lost = _lost(mesh, again, like)
+    lost = _lost(mesh, again, reference)
     if lost:
         warn(f"{path}: {ending} files do not keep the {', '.join(lost)}; .ply does")
     _check_rounding(points, found, path, warn)
@@ -84,9 +85,9 @@ def _check_rounding(
         )
 
 
-def _lost(mesh: Any, again: Any, like: Any) -> list[str]:
-    """Return what `mesh` and `like` have and the file does not give back."""
-    # Colours may come back with five bits each, as STL has them.
+def _lost(mesh: Any, again: Any, reference: Any) -> list[str]:
+    """Return the attributes that `mesh` and `reference` have and the file lacks or changed."""
+    # STL stores five bits per colour.
     parts: dict[str, tuple[str, str, float]] = {
         "colours": ("has_vertex_color", "vertex_color_matrix", 0.04),
         "quality": ("has_vertex_scalar", "vertex_scalar_array", 1e-5),
@@ -99,27 +100,28 @@ def _lost(mesh: Any, again: Any, like: Any) -> list[str]:
     }  # fmt: skip
     lost = [
         name
-        for name, (has, values, near) in parts.items()
+        for name, (has, values, tolerance) in parts.items()
         if getattr(mesh, has)()
-        and getattr(like, has)()
-        and not (getattr(again, has)() and (not values or _same(mesh, again, values, near)))
+        and getattr(reference, has)()
+        and not (
+            getattr(again, has)() and (not values or _values_agree(mesh, again, values, tolerance))
+        )
     ]
-    normals = mesh.vertex_normal_matrix()
-    # Those of a mesh follow from its faces.
-    if not mesh.face_number() and normals.any() and not _near(normals, again, 0.01):
+    normals, found = mesh.vertex_normal_matrix(), again.vertex_normal_matrix()
+    # The reader computes those of a mesh from its faces.
+    if not mesh.face_number() and normals.any() and not _normals_agree(normals, found):
         lost.append("normals")
     return lost
 
 
-def _same(mesh: Any, again: Any, values: str, near: float) -> bool:
-    """Whether values are the same; where the format exchanged points, they are not compared."""
+def _values_agree(mesh: Any, again: Any, values: str, tolerance: float) -> bool:
+    """Return whether values agree; if the format changed their number, they are not compared."""
     before, after = getattr(mesh, values)(), getattr(again, values)()
     if before.shape != after.shape:
         return True
     scale = max(float(np.abs(before).max(initial=0.0)), 1e-300)
-    return bool(np.abs(before.astype(float) - after).max(initial=0.0) <= near * scale)
+    return bool(np.abs(before.astype(float) - after).max(initial=0.0) <= tolerance * scale)
 
 
-def _near(normals: NDArray[Any], again: Any, near: float) -> bool:
-    found = again.vertex_normal_matrix()
-    return found.shape == normals.shape and bool(np.abs(found - normals).max() <= near)
+def _normals_agree(before: NDArray[Any], after: NDArray[Any]) -> bool:
+    return before.shape == after.shape and bool(np.abs(after - before).max() <= 0.01)
