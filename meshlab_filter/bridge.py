@@ -38,14 +38,14 @@ def read(mesh: Any) -> Arrays:
     return Arrays(points, None, normals if normals.any() else None)
 
 
-def seams(mesh: Any) -> NDArray[np.int64] | None:
+def read_seams(mesh: Any) -> NDArray[np.int64] | None:
     """Return the seams (s, 2) of the texture; None without wedge texture coordinates."""
     if not mesh.has_wedge_tex_coord():
         return None
     return salcore.find_seams(mesh.face_matrix(), mesh.wedge_tex_coord_matrix().reshape(-1, 3, 2))
 
 
-def surface(mesh: Any) -> salcore.Surface:
+def read_surface(mesh: Any) -> salcore.Surface:
     """Return the surface of a mesh, with its matrix applied, for `salcore.compare`."""
     faces = read(mesh).faces
     return salcore.make_surface(mesh.transformed_vertex_matrix(), faces)

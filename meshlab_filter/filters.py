@@ -22,7 +22,11 @@ from . import bridge
 
 Callback = Callable[[str, float], bool | None]
 
-_FILTERS: dict[str, tuple[Callable[..., dict[str, Any]], dict[str, Any]]] = {}
+Filter = Callable[..., dict[str, Any]]
+
+_FILTERS: dict[str, Filter] = {}
+_DEFAULTS: dict[str, dict[str, Any]] = {}
+"""The parameters of every filter."""
 
 
 def meshlab_name(name: str) -> str:
@@ -33,15 +37,15 @@ def meshlab_name(name: str) -> str:
 _ROWS = {meshlab_name(row.name): row for row in salcore.TABLE}
 _TARGETS = {meshlab_name(row.name): row for row in salcore.TARGETS}
 _ANALYSIS = {"preset": "default"} | {name: row.default for name, row in _ROWS.items()}
+_SIMPLIFICATION = _ANALYSIS | dict.fromkeys(_TARGETS) | {"protectselected": False}
 
 
-def _filter(
-    **defaults: Any,
-) -> Callable[[Callable[..., dict[str, Any]]], Callable[..., dict[str, Any]]]:
+def _filter(**defaults: Any) -> Callable[[Filter], Filter]:
     """Register a filter with the defaults of its parameters."""
 
-    def register(function: Callable[..., dict[str, Any]]) -> Callable[..., dict[str, Any]]:
-        _FILTERS[function.__name__] = (function, defaults)
+    def register(function: Filter) -> Filter:
+        _FILTERS[function.__name__] = function
+        _DEFAULTS[function.__name__] = defaults
         return function
 
     return register
@@ -54,7 +58,8 @@ def filter_list() -> list[str]:
 
 def filter_parameter_values(name: str) -> dict[str, Any]:
     """Return the parameters of a filter with their defaults; None stands for no default."""
-    return dict(_find(name)[1])
+    _check_filter(name)
+    return dict(_DEFAULTS[name])
 
 
 def apply(mesh_set: Any, name: str, **parameters: Any) -> dict[str, Any]:
@@ -65,20 +70,19 @@ def apply(mesh_set: Any, name: str, **parameters: Any) -> dict[str, Any]:
     salcore.ParameterError
         If there is no such filter or parameter.
     """
-    function, defaults = _find(name)
+    _check_filter(name)
+    names = _DEFAULTS[name]
     for given in parameters:
-        if meshlab_name(given) not in defaults and given != "progress":
+        if meshlab_name(given) not in names and given != "progress":
             raise salcore.ParameterError(
-                f"no parameter {given!r}; {_closest(meshlab_name(given), defaults)}"
+                f"no parameter {given!r}; {_closest(meshlab_name(given), names)}"
             )
-    return function(mesh_set, **parameters)
+    return _FILTERS[name](mesh_set, **parameters)
 
 
-def _find(name: str) -> tuple[Callable[..., dict[str, Any]], dict[str, Any]]:
-    """Return a filter and the defaults of its parameters."""
+def _check_filter(name: str) -> None:
     if name not in _FILTERS:
         raise salcore.ParameterError(f"no filter {name!r}; {_closest(name, _FILTERS)}")
-    return _FILTERS[name]
 
 
 def _closest(name: str, names: Any) -> str:
@@ -162,9 +166,6 @@ def compute_scalar_by_saliency_region_per_vertex(
     return {"regions": analysis.segmentation.count, "seconds": analysis.seconds}
 
 
-_SIMPLIFICATION = _ANALYSIS | dict.fromkeys(_TARGETS) | {"protectselected": False}
-
-
 def _simplify(
     mesh_set: Any,
     progress: Callback | None = None,
@@ -187,11 +188,16 @@ def _simplify(
     analysis = _analyze(mesh_set, progress, **others)
     mesh = mesh_set.current_mesh()
     protect = mesh.vertex_selection_array() if protectselected else None
-    seams = bridge.seams(mesh) if keepseams else None
+    seams = bridge.read_seams(mesh) if keepseams else None
     result = analysis.simplify(protect=protect, seams=seams, progress=progress, **targets)
+    check_not_empty(result)
+    return result
+
+
+def check_not_empty(result: salcore.Simplification) -> None:
+    """Refuse a simplification that keeps no point, of which MeshLab makes no layer."""
     if not len(result.indices):
         raise salcore.ParameterError("no point would be kept: give another target")
-    return result
 
 
 def _custom_names(mesh_set: Any, names: str | tuple[str, ...]) -> tuple[str, ...]:
@@ -245,6 +251,7 @@ def generate_simplified_point_cloud_by_saliency(
     """
     custom = _custom_names(mesh_set, customattributes)
     result = _simplify(mesh_set, progress, **parameters)
+    result.measure(progress)
     source = mesh_set.current_mesh()
     name = f"{source.label()} simplified"
     bridge.add_simplified(mesh_set, source, result, name, custom=custom, with_faces=False)
@@ -281,6 +288,7 @@ def meshing_decimation_by_saliency(
         raise salcore.ParameterError("alpha gives points: give ratio, count or max_error")
     custom = _custom_names(mesh_set, customattributes)
     result = _simplify(mesh_set, progress, keepseams=keepseams, **parameters)
+    result.measure(progress)
     source = mesh_set.current_mesh()
     number, label = source.id(), source.label()
     bridge.add_simplified(mesh_set, source, result, "simplified", custom=custom)
@@ -308,5 +316,5 @@ def get_simplification_error(
     for name, number in (("originalmesh", originalmesh), ("simplifiedmesh", simplifiedmesh)):
         if not isinstance(number, numbers.Integral) or not mesh_set.mesh_id_exists(number):
             raise salcore.ParameterError(f"{name}={number!r}: there is no such layer")
-        surfaces.append(bridge.surface(mesh_set.mesh(number)))
+        surfaces.append(bridge.read_surface(mesh_set.mesh(number)))
     return salcore.compare(*surfaces).as_dict()

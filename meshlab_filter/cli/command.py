@@ -8,7 +8,7 @@ import json
 import os
 import sys
 import traceback
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -29,7 +29,7 @@ from ..io.save import save_mesh
 from ..io.staging import write_text
 from ..io.supervise import FAILURE
 from . import demo
-from .figures import error_figures, figures
+from .figures import format_errors, format_report
 from .options import MISTAKE, make_parser
 from .picture import Panel, check_picture, save_picture
 
@@ -71,6 +71,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _fail(status: int, message: str) -> int:
+    """Print an error and return the exit status."""
     _say(f"error: {message}")
     return status
 
@@ -97,7 +98,7 @@ def _open(options: argparse.Namespace) -> Any:
     if picture is not None:
         check_picture(picture)
     files.check_format(options.output)
-    _check_outputs([options.output, report, picture], options)
+    _check_outputs([options.output], [report, picture], options)
     return _load(options.input, options.layer, options)
 
 
@@ -108,15 +109,20 @@ def _load(path: Path, layer: str | None, options: argparse.Namespace, of: str = 
     return mesh_set
 
 
-def _check_outputs(outputs: list[Path | None], options: argparse.Namespace) -> None:
+def _check_outputs(
+    meshes: list[Path], reports: list[Path | None], options: argparse.Namespace
+) -> None:
     """Refuse outputs that would overwrite a file or one another."""
-    given = [path for path in outputs if path is not None]
-    for number, path in enumerate(given):
+    for path in meshes:
         files.check_output(path, [options.input], force=options.force)
-        if path.absolute() in [other.absolute() for other in given[:number]]:
-            raise FileError(f"{path}: is to be written twice; name two files")
-    for path in given[1:]:
+    given = [path for path in reports if path is not None]
+    for path in given:
         _check_report(path, [options.input], force=options.force)
+    seen: set[Path] = set()
+    for path in (*meshes, *given):
+        if path.absolute() in seen:
+            raise FileError(f"{path}: is to be written twice; name two files")
+        seen.add(path.absolute())
 
 
 def _check_report(path: Path, inputs: list[Path], *, force: bool) -> None:
@@ -126,27 +132,28 @@ def _check_report(path: Path, inputs: list[Path], *, force: bool) -> None:
         raise FileError(f"{path}: is an input; name another file")
 
 
-def _write(mesh_set: Any, options: argparse.Namespace, source: Any) -> None:
+def _write(mesh_set: Any, output: Path, source: Any, options: argparse.Namespace) -> None:
     """Write the current layer, which was made from the layer `source`, or the whole project."""
+    warn = _warn(options)
     mesh = mesh_set.current_mesh()
     if source.face_number():
         # MeshLab weights a vertex normal by the angles of its faces and does not normalize it.
         mesh_set.apply_normal_normalization_per_vertex()
     if mesh is not source and mesh.face_number() and source.texture_number() > 1:
-        _warn(options)(
-            f"{options.output}: its {source.texture_number()} textures are left out, for only one "
-            "can be carried over; their coordinates stay"
+        warn(
+            f"{output}: its {source.texture_number()} textures are left out, for only one can be "
+            "carried over; their coordinates stay"
         )
-    where = {"force": options.force, "reference": source, "source": options.input}
-    if options.output.suffix.lower() == PROJECT:
-        save_project(mesh_set, options.output, **where)
+    origin = {"reference": source, "source": options.input}
+    if output.suffix.lower() == PROJECT:
+        save_project(mesh_set, output, force=options.force, **origin)
         return
     if not np.array_equal(mesh.transform_matrix(), np.eye(4)):
-        _warn(options)(
-            f"{options.output}: holds the layer's own coordinates, as MeshLab's export does; its "
-            "matrix is kept in a project only (.mlp)"
+        warn(
+            f"{output}: holds the layer's own coordinates, as MeshLab's export does; its matrix is "
+            "kept in a project only (.mlp)"
         )
-    save_mesh(mesh_set, options.output, warn=_warn(options), **where)
+    save_mesh(mesh_set, output, force=options.force, warn=warn, **origin)
 
 
 def _analyze(
@@ -162,20 +169,20 @@ def _simplify(options: argparse.Namespace) -> None:
     mesh_set = _open(options)
     source = mesh_set.current_mesh()
     target = given_options(options, salcore.TARGETS)
+    constraints = _constraints(source, options)
     with _progress(options.quiet) as progress:
-        result = _analyze(mesh_set, options, progress).simplify(
-            **_constraints(source, options), progress=progress, **target
-        )
-    if not len(result.indices):
-        raise salcore.ParameterError("no point would be kept: give another target")
+        analysis = _analyze(mesh_set, options, progress)
+        result = analysis.simplify(progress=progress, **target, **constraints)
+        filters.check_not_empty(result)
+        result.measure(progress)
     name = f"{source.label()} simplified"
     bridge.add_simplified(mesh_set, source, result, name, with_faces=not options.points)
-    _write(mesh_set, options, source)
+    _write(mesh_set, options.output, source, options)
     report = result.report.as_dict()
     if options.report is not None:
         write_text(options.report, json.dumps(report, indent=2))
     if not options.quiet:
-        print(figures(report))
+        print(format_report(report))
 
 
 def _lods(options: argparse.Namespace) -> None:
@@ -188,7 +195,7 @@ def _lods(options: argparse.Namespace) -> None:
         options.output.with_name(options.output.name.replace("{}", str(level)))
         for level in range(len(options.ratios))
     ]
-    _check_outputs([*outputs], options)
+    _check_outputs(outputs, [], options)
     for output in outputs:
         files.check_format(output)
         if output.suffix.lower() == PROJECT:
@@ -204,7 +211,7 @@ def _lods(options: argparse.Namespace) -> None:
         ]
     for output, result in zip(outputs, levels, strict=True):
         bridge.add_simplified(mesh_set, source, result, output.stem, with_faces=not options.points)
-        _write(mesh_set, argparse.Namespace(**(vars(options) | {"output": output})), source)
+        _write(mesh_set, output, source, options)
         if not options.quiet:
             faces = "" if result.faces is None else f", {len(result.faces):,} faces"
             print(f"  {output.name}: {len(result.indices):,} points{faces}")
@@ -215,7 +222,7 @@ def _constraints(mesh: Any, options: argparse.Namespace) -> dict[str, Any]:
     textured = not (options.points or options.free_seams)
     return {
         "protect": mesh.vertex_selection_array() if options.protect_selected else None,
-        "seams": bridge.seams(mesh) if textured else None,
+        "seams": bridge.read_seams(mesh) if textured else None,
     }
 
 
@@ -234,6 +241,7 @@ def _regions(options: argparse.Namespace) -> None:
 
 
 def _open_and_analyze(options: argparse.Namespace) -> tuple[Any, salcore.Analysis]:
+    """Return the layers of the input, and the analysis of the current one."""
     mesh_set = _open(options)
     with _progress(options.quiet) as progress:
         return mesh_set, _analyze(mesh_set, options, progress)
@@ -244,7 +252,7 @@ def _write_map(
 ) -> None:
     """Write the current layer in these colours, and draw the picture if one is asked for."""
     bridge.set_colors(mesh_set, colors)
-    _write(mesh_set, options, mesh_set.current_mesh())
+    _write(mesh_set, options.output, mesh_set.current_mesh(), options)
     if options.picture is not None:
         points, faces, _ = bridge.read(mesh_set.current_mesh())
         shape = (points, faces, analysis.normals)
@@ -260,19 +268,20 @@ def _compare(options: argparse.Namespace) -> None:
     for of in ("original", "simplified"):
         layer = getattr(options, f"{of}_layer")
         mesh_set = _load(getattr(options, of), layer, options, f"{of}-")
-        surfaces.append(bridge.surface(mesh_set.current_mesh()))
-    errors = salcore.compare(*surfaces).as_dict()
+        surfaces.append(bridge.read_surface(mesh_set.current_mesh()))
+    with _progress(options.quiet) as progress:
+        errors = salcore.compare(*surfaces, progress=progress).as_dict()
     if options.report is not None:
         write_text(options.report, json.dumps(errors, indent=2))
     if not options.quiet:
-        print(error_figures(errors))
+        print(format_errors(errors))
 
 
 def _demo(options: argparse.Namespace) -> None:
     with _progress(options.quiet) as progress:
         reports = demo.run(options.folder, progress)
     for name, report in reports.items():
-        print(f"{name}:\n{figures(report)}")
+        print(f"{name}:\n{format_report(report)}")
     print(f"Look at {options.folder / 'demo.png'}; the files beside it open in MeshLab.")
 
 
@@ -287,7 +296,7 @@ def _warn(options: argparse.Namespace) -> files.Warn:
     return files.ignore if options.quiet else _say
 
 
-_COMMANDS = {
+_COMMANDS: dict[str, Callable[[argparse.Namespace], None]] = {
     "simplify": _simplify,
     "lods": _lods,
     "saliency": _saliency,

@@ -119,6 +119,7 @@ def check_format(path: Path) -> None:
     ending = path.suffix.lower()
     if ending == PROJECT:
         return
+    # The options of a writer can be asked for by its ending, as those of a filter by its name.
     mesh_set = pymeshlab.MeshSet(verbose=False)
     mesh_set.add_mesh(pymeshlab.Mesh(np.zeros((1, 3))))
     try:

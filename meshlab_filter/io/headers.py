@@ -12,10 +12,9 @@ from ..errors import FileError
 
 PROJECT = ".mlp"
 _READ = {
-    *("x", "y", "z", "nx", "ny", "nz", "quality", "confidence", "intensity", "flags", "s", "t"),
-    *("u", "v", "texture_u", "texture_v", "vertex_index", "vertex_indices", "texcoord"),
-    "texnumber",
-}
+    "x", "y", "z", "nx", "ny", "nz", "quality", "confidence", "intensity", "flags", "s", "t", "u",
+    "v", "texture_u", "texture_v", "texcoord", "texnumber", "vertex_index", "vertex_indices",
+}  # fmt: skip
 """Properties of PLY files that MeshLab reads, whatever their type; colours must be bytes."""
 _COLORS = {
     prefix + name for prefix in ("", "diffuse_") for name in ("red", "green", "blue", "alpha")

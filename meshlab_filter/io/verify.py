@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +11,7 @@ from numpy.typing import NDArray
 
 from ..errors import FileError
 from . import pymeshlab_io
+from .files import Warn
 
 LOSSLESS = {".ply"}
 """Formats that hold all that MeshLab does, and whose writers report a full disk."""
@@ -19,9 +19,7 @@ ROUNDING = 1e-6
 """Share of the bounding box's diagonal up to which a format may round in silence."""
 
 
-def check_written(
-    mesh: Any, written: Path, path: Path, *, reference: Any, warn: Callable[[str], None]
-) -> None:
+def check_written(mesh: Any, written: Path, path: Path, *, reference: Any, warn: Warn) -> None:
     """Read a file back, and warn of what the format lost or rounded.
 
     Parameters
@@ -72,9 +70,7 @@ def check_written(
     _check_rounding(points, found, path, warn)
 
 
-def _check_rounding(
-    points: NDArray[Any], found: NDArray[Any], path: Path, warn: Callable[[str], None]
-) -> None:
+def _check_rounding(points: NDArray[Any], found: NDArray[Any], path: Path, warn: Warn) -> None:
     box = np.array([points.min(axis=0), points.max(axis=0)])
     moved = np.abs([found.min(axis=0), found.max(axis=0)] - box)
     if len(found) == len(points):

@@ -15,19 +15,6 @@ from meshlab_filter.io.projects import save_project
 
 
 @pytest.fixture
-def run(capsys):
-    """Run the command in this process and return what it said on standard error."""
-
-    def call(*arguments, status=0):
-        found = main([str(argument) for argument in arguments])
-        said = capsys.readouterr().err
-        assert found == status, said
-        return said
-
-    return call
-
-
-@pytest.fixture
 def rich(tmp_path):
     """A mesh with colours and quality of points and faces, and a texture."""
     folder = tmp_path / "in"
