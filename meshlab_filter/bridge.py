@@ -78,10 +78,10 @@ def add_simplified(
     selected = mesh.vertex_selection_array()[indices]
     attributes = {key: mesh.vertex_custom_scalar_attribute_array(key)[indices] for key in custom}
     matrix, textures = mesh.transform_matrix(), {} if faces is None else mesh.textures()
-    # An attribute added to a mesh before it joins the set crashes the next filter.
     before = mesh_set.current_mesh_id()
     mesh_set.add_mesh(pymeshlab.Mesh(points, **arrays), name)
     try:
+        # An attribute added to a mesh before it joins the set crashes the next filter.
         for key, values in attributes.items():
             mesh_set.current_mesh().add_vertex_custom_scalar_attribute(values, key)
         if selected.any():
@@ -97,7 +97,7 @@ def add_simplified(
         raise
 
 
-def _vertex_arrays(mesh: Any, indices: NDArray[np.integer]) -> dict[str, Any]:
+def _vertex_arrays(mesh: Any, indices: NDArray[np.int64]) -> dict[str, Any]:
     """Return the attributes of these vertices as arguments of `pymeshlab.Mesh`."""
     arrays = {"v_normals_matrix": mesh.vertex_normal_matrix()[indices]}
     if mesh.has_vertex_color():

@@ -3,7 +3,11 @@
 
 Every filter works on the current layer. Its parameters are `preset` and those of salcore's table,
 in lower case without underscores (`deviationthreshold`); they are keyword arguments of the
-functions here and of `apply`.
+functions here and of `apply`. A filter that is refused or cancelled leaves all layers as they were.
+
+A mistake raises `salcore.ParameterError`, a layer that cannot be understood
+`salcore.GeometryError`, too little memory `salcore.MemoryLimitError`, and a `progress` that returns
+False `salcore.Cancelled`.
 """
 
 from __future__ import annotations
@@ -21,7 +25,6 @@ import salcore
 from . import bridge
 
 Callback = Callable[[str, float], bool | None]
-
 Filter = Callable[..., dict[str, Any]]
 
 _FILTERS: dict[str, Filter] = {}
@@ -65,6 +68,19 @@ def filter_parameter_values(name: str) -> dict[str, Any]:
 def apply(mesh_set: Any, name: str, **parameters: Any) -> dict[str, Any]:
     """Apply a filter by name, as `MeshSet.apply_filter` does.
 
+    Parameters
+    ----------
+    mesh_set : pymeshlab.MeshSet
+    name : str
+        One of `filter_list`.
+    **parameters
+        Those of `filter_parameter_values`, and `progress`.
+
+    Returns
+    -------
+    dict
+        What the filter returns.
+
     Raises
     ------
     salcore.ParameterError
@@ -81,6 +97,7 @@ def apply(mesh_set: Any, name: str, **parameters: Any) -> dict[str, Any]:
 
 
 def _check_filter(name: str) -> None:
+    """Refuse a name that no filter has."""
     if name not in _FILTERS:
         raise salcore.ParameterError(f"no filter {name!r}; {_closest(name, _FILTERS)}")
 
@@ -133,6 +150,15 @@ def compute_scalar_by_saliency_per_vertex(
     It also becomes the custom attribute `saliency`. With `colorize` it is shown as the colour of
     the vertices, from blue for low to red for high.
 
+    Parameters
+    ----------
+    mesh_set : pymeshlab.MeshSet
+    colorize : bool
+    progress : callable, optional
+        Called as ``progress(stage, fraction)``; returning False cancels.
+    **parameters
+        `preset` and parameters of the analysis.
+
     Returns
     -------
     dict
@@ -153,6 +179,15 @@ def compute_scalar_by_saliency_region_per_vertex(
     """Store the region of every vertex, as a number, as the quality of the current layer.
 
     It also becomes the custom attribute `region`. With `colorize` every region gets a colour.
+
+    Parameters
+    ----------
+    mesh_set : pymeshlab.MeshSet
+    colorize : bool
+    progress : callable, optional
+        Called as ``progress(stage, fraction)``; returning False cancels.
+    **parameters
+        `preset` and parameters of the analysis.
 
     Returns
     -------
@@ -219,6 +254,15 @@ def compute_selection_by_interest_points_per_vertex(
 ) -> dict[str, Any]:
     """Select the vertices of the current layer that a simplification would keep.
 
+    Parameters
+    ----------
+    mesh_set : pymeshlab.MeshSet
+    progress : callable, optional
+        Called as ``progress(stage, fraction)``; returning False cancels.
+    **parameters
+        One target (`ratio`, `count`, `maxerror` or `alpha`), `protectselected`, `preset` and
+        parameters of the analysis.
+
     Returns
     -------
     dict
@@ -243,6 +287,16 @@ def generate_simplified_point_cloud_by_saliency(
 
     They are original points with their colours, normals, quality, texture coordinates, selection,
     and the custom scalar attributes that `customattributes` names. The source does not change.
+
+    Parameters
+    ----------
+    mesh_set : pymeshlab.MeshSet
+    customattributes : str or tuple of str
+    progress : callable, optional
+        Called as ``progress(stage, fraction)``; returning False cancels.
+    **parameters
+        One target (`ratio`, `count`, `maxerror` or `alpha`), `protectselected`, `preset` and
+        parameters of the analysis.
 
     Returns
     -------
@@ -274,6 +328,17 @@ def meshing_decimation_by_saliency(
     `keepseams` False the error is smaller, but faces reach across seams. A mesh with several
     textures keeps its texture coordinates, but not the textures. pymeshlab cannot exchange the mesh
     of a layer, so the layer gets a new number and comes last; its label and matrix are kept.
+
+    Parameters
+    ----------
+    mesh_set : pymeshlab.MeshSet
+    customattributes : str or tuple of str
+    keepseams : bool
+    progress : callable, optional
+        Called as ``progress(stage, fraction)``; returning False cancels.
+    **parameters
+        One target (`ratio`, `count`, `maxerror` or `alpha`), `protectselected`, `preset` and
+        parameters of the analysis.
 
     Returns
     -------
@@ -311,6 +376,11 @@ def get_simplification_error(
     mesh_set : pymeshlab.MeshSet
     originalmesh, simplifiedmesh : int
         Numbers of the layers, whose matrices are applied.
+
+    Returns
+    -------
+    dict
+        `salcore.Errors.as_dict`, in the layers' unit of length.
     """
     surfaces: list[salcore.Surface] = []
     for name, number in (("originalmesh", originalmesh), ("simplifiedmesh", simplifiedmesh)):
