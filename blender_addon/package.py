@@ -108,7 +108,9 @@ def fetch(wheel: Wheel, folder: Path) -> Path:
 
     if not present():
         command = (
-            *("-m", "pip", "download", "--quiet", "--no-deps", "--only-binary=:all:"),
+            # Without the check for a newer pip, whose notice would hide what went wrong.
+            *("-m", "pip", "--disable-pip-version-check", "download", "--quiet"),
+            *("--no-deps", "--only-binary=:all:"),
             *("--python-version", wheel.python, "--platform", wheel.tag, "--dest", str(folder)),
             f"scipy=={wheel.version}",
         )

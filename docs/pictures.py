@@ -17,8 +17,8 @@ from matplotlib.textpath import TextPath
 from scipy.ndimage import gaussian_filter
 
 import salcore
-from meshlab_filter.demo import panels
-from meshlab_filter.picture import Panel, save_picture
+from meshlab_filter.cli.demo import panels
+from meshlab_filter.cli.picture import Panel, save_picture
 
 FOLDER = Path(__file__).parent / "pictures"
 

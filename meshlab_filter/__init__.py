@@ -30,7 +30,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    """Import the filters when the first is asked for: the command must start without a delay."""
+    """Import the filters on first use: the command must start without a delay."""
     if name in __all__:
         from . import filters
 

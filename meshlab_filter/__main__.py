@@ -4,20 +4,21 @@
 import io
 import sys
 
-from .watch import FAILURE, watch
+from .io.supervise import FAILURE, supervise
 
 
 def main() -> int:
-    """Run the command in a process that is looked after, and return its exit status."""
-    return watch(_work)
+    """Run the command in a supervised process and return its exit status."""
+    return supervise(_run_command)
 
 
-def _work() -> int:
+def _run_command() -> int:
+    """Import the command, which takes a second, and run it."""
     for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, io.TextIOWrapper):  # a terminal may lack letters of a file's name
+        if isinstance(stream, io.TextIOWrapper):  # a terminal may lack characters of a file name
             stream.reconfigure(errors="backslashreplace")
     try:
-        from .command import main as command  # numpy and pymeshlab take their time
+        from .cli.command import main as command
     except ImportError as error:
         print(
             f"salient-simplify: error: {error}; the command needs what is installed by "

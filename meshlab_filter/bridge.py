@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Data between a MeshLab layer and arrays; nothing is decided here."""
+"""Move data between MeshLab layers and arrays, without any decision."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Floats = NDArray[np.float64]
 
 
 class Arrays(NamedTuple):
-    """Geometry of a layer, in its own coordinates (its matrix is not applied)."""
+    """Geometry of a layer in its own coordinates: its matrix is not applied."""
 
     points: Floats
     faces: NDArray[np.int32] | None
@@ -28,7 +28,7 @@ class Arrays(NamedTuple):
 def read(mesh: Any) -> Arrays:
     """Return the geometry of a `pymeshlab.Mesh`.
 
-    A cloud's normals are those it came with; a mesh's follow from its faces, so none are read.
+    Normals are read for a cloud only: MeshLab computes those of a mesh from its faces.
     """
     mesh.compact()
     points = mesh.vertex_matrix()
@@ -38,15 +38,15 @@ def read(mesh: Any) -> Arrays:
     return Arrays(points, None, normals if normals.any() else None)
 
 
-def seams(mesh: Any) -> NDArray[np.int64] | None:
-    """Return the edges (s, 2) where charts of the texture meet; None without wedge coordinates."""
+def read_seams(mesh: Any) -> NDArray[np.int64] | None:
+    """Return the seams (s, 2) of the texture; None without wedge texture coordinates."""
     if not mesh.has_wedge_tex_coord():
         return None
     return salcore.find_seams(mesh.face_matrix(), mesh.wedge_tex_coord_matrix().reshape(-1, 3, 2))
 
 
-def surface(mesh: Any) -> salcore.Surface:
-    """Return a mesh as something to measure to, with its matrix applied."""
+def read_surface(mesh: Any) -> salcore.Surface:
+    """Return the surface of a mesh, with its matrix applied, for `salcore.compare`."""
     faces = read(mesh).faces
     return salcore.make_surface(mesh.transformed_vertex_matrix(), faces)
 
@@ -60,13 +60,12 @@ def add_simplified(
     custom: Iterable[str] = (),
     with_faces: bool = True,
 ) -> None:
-    """Add a layer of what a simplification keeps of `mesh`, as the current one.
+    """Add a layer with what a simplification keeps of `mesh`, and make it the current one.
 
-    Colours, normals, quality, texture coordinates and selection of the kept points are carried
-    over, and the layer's matrix; without faces, a vertex that has no texture coordinates takes
-    those of its first corner. Of kept faces also colours, quality, wedge texture coordinates and
-    the texture are carried over. `custom` names custom scalar attributes to carry over too
-    (pymeshlab cannot list them).
+    Kept points keep their colours, normals, quality, texture coordinates and selection, and the
+    custom scalar attributes named in `custom`, which pymeshlab cannot list. Kept faces keep their
+    colours, quality, wedge texture coordinates and the texture. Without faces, a vertex that has no
+    texture coordinates gets those of its first corner. The layer keeps the matrix of `mesh`.
     """
     indices = result.indices
     arrays = _vertex_arrays(mesh, indices)
@@ -79,10 +78,10 @@ def add_simplified(
     selected = mesh.vertex_selection_array()[indices]
     attributes = {key: mesh.vertex_custom_scalar_attribute_array(key)[indices] for key in custom}
     matrix, textures = mesh.transform_matrix(), {} if faces is None else mesh.textures()
-    # An attribute added to a mesh before it joins the set crashes the next filter.
     before = mesh_set.current_mesh_id()
     mesh_set.add_mesh(pymeshlab.Mesh(points, **arrays), name)
     try:
+        # An attribute added to a mesh before it joins the set crashes the next filter.
         for key, values in attributes.items():
             mesh_set.current_mesh().add_vertex_custom_scalar_attribute(values, key)
         if selected.any():
@@ -98,8 +97,8 @@ def add_simplified(
         raise
 
 
-def _vertex_arrays(mesh: Any, indices: NDArray[np.integer]) -> dict[str, Any]:
-    """Return the arguments of a new mesh for what these vertices carry."""
+def _vertex_arrays(mesh: Any, indices: NDArray[np.int64]) -> dict[str, Any]:
+    """Return the attributes of these vertices as arguments of `pymeshlab.Mesh`."""
     arrays = {"v_normals_matrix": mesh.vertex_normal_matrix()[indices]}
     if mesh.has_vertex_color():
         arrays["v_color_matrix"] = mesh.vertex_color_matrix()[indices]
@@ -111,15 +110,15 @@ def _vertex_arrays(mesh: Any, indices: NDArray[np.integer]) -> dict[str, Any]:
 
 
 def _corner_tex_coords(mesh: Any) -> Floats:
-    """Return for every vertex the texture coordinates (n, 2) of its corner in its first face."""
+    """Return the texture coordinates (n, 2) of every vertex in its first face."""
     result = np.zeros((mesh.vertex_number(), 2))
-    # The last value that is written to an index stays, hence the first corner comes last.
+    # Where an index repeats, the last assignment wins, so the corners are assigned in reverse.
     result[mesh.face_matrix().ravel()[::-1]] = mesh.wedge_tex_coord_matrix()[::-1]
     return result
 
 
 def _face_arrays(mesh: Any, result: salcore.Simplification) -> dict[str, Any]:
-    """Return the arguments of a new mesh for what the faces that are left carry."""
+    """Return the attributes of the kept faces as arguments of `pymeshlab.Mesh`."""
     origin = result.face_source
     arrays = {}
     if mesh.has_face_color():
@@ -132,18 +131,18 @@ def _face_arrays(mesh: Any, result: salcore.Simplification) -> dict[str, Any]:
 
 
 def _wedges(mesh: Any, result: salcore.Simplification) -> Floats:
-    """Return texture coordinates (3 K, 2) for the corners of the faces that are left."""
+    """Return texture coordinates (3 K, 2) for the corners of the kept faces."""
     wedges = mesh.wedge_tex_coord_matrix()
     corners = result.corner_source(mesh.face_matrix(), wedges.reshape(-1, 3, 2))
     return np.asarray(wedges[corners.ravel()])
 
 
 def _use_first_texture(mesh_set: Any) -> None:
-    """Let the faces of the current layer refer to its first texture.
+    """Make the faces of the current layer refer to its first texture.
 
-    The wedges of a mesh made from arrays refer to none, and a material file written of them names
-    no texture. Of MeshLab's filters the trivial parametrization sets the reference; it sets
-    coordinates as well, so those from before are put back.
+    The wedges of a mesh made from arrays refer to none, so that a material file would name no
+    texture. MeshLab's trivial parametrization sets the reference, but also the coordinates, which
+    are restored afterwards from custom attributes.
     """
     mesh = mesh_set.current_mesh()
     if not mesh.has_wedge_tex_coord():
@@ -162,7 +161,7 @@ def _use_first_texture(mesh_set: Any) -> None:
 
 
 def set_texture(mesh_set: Any, name: str, image: Any) -> None:
-    """Give the current layer a texture; pymeshlab takes it from a file only."""
+    """Give the current layer a texture, by way of a file, as pymeshlab requires."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / Path(name).name
         image.save(str(path))
@@ -170,12 +169,12 @@ def set_texture(mesh_set: Any, name: str, image: Any) -> None:
 
 
 def set_scalar(mesh_set: Any, values: NDArray[Any], name: str) -> None:
-    """Make `values` the quality of the current layer, and its custom attribute `name`."""
+    """Set the quality of the current layer, and its custom attribute `name`, to `values`."""
     mesh_set.compute_scalar_by_function_per_vertex(q=_attribute(mesh_set, values, name))
 
 
 def set_colors(mesh_set: Any, colors: Floats) -> None:
-    """Give the vertices of the current layer colours (n, 3) in [0, 1]."""
+    """Set the vertex colours of the current layer to `colors` (n, 3) in [0, 1]."""
     red, green, blue = (
         f"255*{_attribute(mesh_set, colors[:, k], 'color_' + 'rgb'[k])}" for k in range(3)
     )
@@ -183,7 +182,7 @@ def set_colors(mesh_set: Any, colors: Floats) -> None:
 
 
 def set_selection(mesh_set: Any, selected: NDArray[np.bool_], name: str = "selected") -> None:
-    """Select exactly these vertices of the current layer."""
+    """Select these vertices of the current layer and no others."""
     attribute = _attribute(mesh_set, selected, name)
     mesh_set.compute_selection_by_condition_per_vertex(condselect=f"({attribute} > 0.5)")
 
@@ -191,9 +190,9 @@ def set_selection(mesh_set: Any, selected: NDArray[np.bool_], name: str = "selec
 def _attribute(mesh_set: Any, values: NDArray[Any], name: str) -> str:
     """Add a custom attribute to the current layer and return its name.
 
-    A mesh's own arrays cannot be set; filters can compute them from an attribute. An attribute
-    can be neither changed nor removed, so a second one gets a number. MeshLab saves none to a
-    file: they take memory as long as the layer lives, and nothing else.
+    pymeshlab cannot set the arrays of a mesh, but MeshLab's filters can compute them from an
+    attribute. An attribute can be neither changed nor removed, so further ones of a name are
+    numbered. MeshLab does not save them; they only take memory for as long as the layer exists.
     """
     mesh = mesh_set.current_mesh()
     number, free = 1, name

@@ -1,9 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Filters on a `pymeshlab.MeshSet`, named and used as MeshLab's own.
+"""Filters on a `pymeshlab.MeshSet`, named and called like MeshLab's own.
 
-Every filter works on the current layer. Parameters are those of salcore's table, in lower case
-without underscores (`deviationthreshold`), and `preset`; they are keyword arguments of the
-functions here and of `apply`.
+Every filter works on the current layer. Its parameters are `preset` and those of salcore's table,
+in lower case without underscores (`deviationthreshold`); they are keyword arguments of the
+functions here and of `apply`. A filter that is refused or cancelled leaves all layers as they were.
+
+A mistake raises `salcore.ParameterError`, a layer that cannot be understood
+`salcore.GeometryError`, too little memory `salcore.MemoryLimitError`, and a `progress` that returns
+False `salcore.Cancelled`.
 """
 
 from __future__ import annotations
@@ -21,25 +25,30 @@ import salcore
 from . import bridge
 
 Callback = Callable[[str, float], bool | None]
+Filter = Callable[..., dict[str, Any]]
 
-_FILTERS: dict[str, tuple[Callable[..., dict[str, Any]], dict[str, Any]]] = {}
+_FILTERS: dict[str, Filter] = {}
+_DEFAULTS: dict[str, dict[str, Any]] = {}
+"""The parameters of every filter."""
 
 
 def meshlab_name(name: str) -> str:
-    """Return a parameter's name in MeshLab's manner."""
+    """Return a parameter's name as MeshLab spells it: without underscores."""
     return name.replace("_", "")
 
 
 _ROWS = {meshlab_name(row.name): row for row in salcore.TABLE}
 _TARGETS = {meshlab_name(row.name): row for row in salcore.TARGETS}
 _ANALYSIS = {"preset": "default"} | {name: row.default for name, row in _ROWS.items()}
+_SIMPLIFICATION = _ANALYSIS | dict.fromkeys(_TARGETS) | {"protectselected": False}
 
 
-def _filter(**own: Any) -> Callable[[Callable[..., dict[str, Any]]], Callable[..., dict[str, Any]]]:
+def _filter(**defaults: Any) -> Callable[[Filter], Filter]:
     """Register a filter with the defaults of its parameters."""
 
-    def register(function: Callable[..., dict[str, Any]]) -> Callable[..., dict[str, Any]]:
-        _FILTERS[function.__name__] = (function, own)
+    def register(function: Filter) -> Filter:
+        _FILTERS[function.__name__] = function
+        _DEFAULTS[function.__name__] = defaults
         return function
 
     return register
@@ -51,40 +60,56 @@ def filter_list() -> list[str]:
 
 
 def filter_parameter_values(name: str) -> dict[str, Any]:
-    """Return the parameters of a filter with their defaults; None must be given."""
-    return dict(_find(name)[1])
+    """Return the parameters of a filter with their defaults; None stands for no default."""
+    _check_filter(name)
+    return dict(_DEFAULTS[name])
 
 
 def apply(mesh_set: Any, name: str, **parameters: Any) -> dict[str, Any]:
     """Apply a filter by name, as `MeshSet.apply_filter` does.
+
+    Parameters
+    ----------
+    mesh_set : pymeshlab.MeshSet
+    name : str
+        One of `filter_list`.
+    **parameters
+        Those of `filter_parameter_values`, and `progress`.
+
+    Returns
+    -------
+    dict
+        What the filter returns.
 
     Raises
     ------
     salcore.ParameterError
         If there is no such filter or parameter.
     """
-    function, known = _find(name)
+    _check_filter(name)
+    names = _DEFAULTS[name]
     for given in parameters:
-        if meshlab_name(given) not in known and given != "progress":
+        if meshlab_name(given) not in names and given != "progress":
             raise salcore.ParameterError(
-                f"no parameter {given!r}; {_closest(meshlab_name(given), known)}"
+                f"no parameter {given!r}; {_closest(meshlab_name(given), names)}"
             )
-    return function(mesh_set, **parameters)
+    return _FILTERS[name](mesh_set, **parameters)
 
 
-def _find(name: str) -> tuple[Callable[..., dict[str, Any]], dict[str, Any]]:
+def _check_filter(name: str) -> None:
+    """Refuse a name that no filter has."""
     if name not in _FILTERS:
         raise salcore.ParameterError(f"no filter {name!r}; {_closest(name, _FILTERS)}")
-    return _FILTERS[name]
 
 
 def _closest(name: str, names: Any) -> str:
+    """Return the remedy for a wrong name: the most similar one, or the list of all."""
     close = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
     return f"did you mean {close[0]}?" if close else f"choose one of {', '.join(sorted(names))}"
 
 
 def make_parameters(preset: str = "default", **values: Any) -> salcore.Parameters:
-    """Return the parameters of a preset with some values changed, by either form of their names."""
+    """Return the parameters of a preset with some values changed; names may have underscores."""
     rows = {name: row.name for name, row in _ROWS.items()}
     changed = {}
     for name, value in values.items():
@@ -106,7 +131,7 @@ def _analyze(
 
 
 def _split(parameters: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return the targets, by their Python names, and the other parameters."""
+    """Return the targets, by their names in salcore, and the other parameters."""
     targets = {
         _TARGETS[meshlab_name(name)].name: value
         for name, value in parameters.items()
@@ -122,8 +147,17 @@ def compute_scalar_by_saliency_per_vertex(
 ) -> dict[str, Any]:
     """Store the saliency of every vertex, in [0, 1], as the quality of the current layer.
 
-    It is also the custom attribute `saliency`. With `colorize` the vertices take the colours of
-    the map: blue for low, red for high.
+    It also becomes the custom attribute `saliency`. With `colorize` it is shown as the colour of
+    the vertices, from blue for low to red for high.
+
+    Parameters
+    ----------
+    mesh_set : pymeshlab.MeshSet
+    colorize : bool
+    progress : callable, optional
+        Called as ``progress(stage, fraction)``; returning False cancels.
+    **parameters
+        `preset` and parameters of the analysis.
 
     Returns
     -------
@@ -133,7 +167,7 @@ def compute_scalar_by_saliency_per_vertex(
     analysis = _analyze(mesh_set, progress, **parameters)
     bridge.set_scalar(mesh_set, analysis.saliency, "saliency")
     if colorize:
-        # MeshLab's map runs from red to blue, hence the bounds are exchanged.
+        # MeshLab's colour map runs from red to blue, so the bounds are swapped.
         mesh_set.compute_color_from_scalar_per_vertex(minval=1.0, maxval=0.0, colormap="RGB")
     return {"mean_saliency": float(analysis.saliency.mean()), "seconds": analysis.seconds}
 
@@ -142,9 +176,18 @@ def compute_scalar_by_saliency_per_vertex(
 def compute_scalar_by_saliency_region_per_vertex(
     mesh_set: Any, *, colorize: bool = False, progress: Callback | None = None, **parameters: Any
 ) -> dict[str, Any]:
-    """Store the number of every vertex's region as the quality of the current layer.
+    """Store the region of every vertex, as a number, as the quality of the current layer.
 
-    It is also the custom attribute `region`. With `colorize` each region takes a colour.
+    It also becomes the custom attribute `region`. With `colorize` every region gets a colour.
+
+    Parameters
+    ----------
+    mesh_set : pymeshlab.MeshSet
+    colorize : bool
+    progress : callable, optional
+        Called as ``progress(stage, fraction)``; returning False cancels.
+    **parameters
+        `preset` and parameters of the analysis.
 
     Returns
     -------
@@ -158,9 +201,6 @@ def compute_scalar_by_saliency_region_per_vertex(
     return {"regions": analysis.segmentation.count, "seconds": analysis.seconds}
 
 
-_SIMPLIFICATION = _ANALYSIS | dict.fromkeys(_TARGETS) | {"protectselected": False}
-
-
 def _simplify(
     mesh_set: Any,
     progress: Callback | None = None,
@@ -169,10 +209,10 @@ def _simplify(
     keepseams: bool = False,
     **parameters: Any,
 ) -> salcore.Simplification:
-    """Simplify the current layer by the one target among the parameters.
+    """Simplify the current layer to the one target among the parameters.
 
-    A `pymeshlab.PercentageValue` for the largest error is one of the diagonal, a `PureValue` is a
-    length, as in MeshLab's own filters.
+    As in MeshLab's own filters, the largest error may be a `pymeshlab.PercentageValue`, of the
+    bounding box's diagonal, or a `PureValue`, a length.
     """
     targets, others = _split(parameters)
     error = targets.get("max_error")
@@ -183,15 +223,20 @@ def _simplify(
     analysis = _analyze(mesh_set, progress, **others)
     mesh = mesh_set.current_mesh()
     protect = mesh.vertex_selection_array() if protectselected else None
-    seams = bridge.seams(mesh) if keepseams else None
+    seams = bridge.read_seams(mesh) if keepseams else None
     result = analysis.simplify(protect=protect, seams=seams, progress=progress, **targets)
-    if not len(result.indices):
-        raise salcore.ParameterError("no point would be kept: give another target")
+    check_not_empty(result)
     return result
 
 
+def check_not_empty(result: salcore.Simplification) -> None:
+    """Refuse a simplification that keeps no point, of which MeshLab makes no layer."""
+    if not len(result.indices):
+        raise salcore.ParameterError("no point would be kept: give another target")
+
+
 def _custom_names(mesh_set: Any, names: str | tuple[str, ...]) -> tuple[str, ...]:
-    """Return the names of custom scalar attributes, all of which the current layer has."""
+    """Return the names of custom scalar attributes, which the current layer must have."""
     names = (names,) if isinstance(names, str) else tuple(names)
     for name in names if mesh_set.mesh_number() else ():
         try:
@@ -208,6 +253,15 @@ def compute_selection_by_interest_points_per_vertex(
     mesh_set: Any, *, progress: Callback | None = None, **parameters: Any
 ) -> dict[str, Any]:
     """Select the vertices of the current layer that a simplification would keep.
+
+    Parameters
+    ----------
+    mesh_set : pymeshlab.MeshSet
+    progress : callable, optional
+        Called as ``progress(stage, fraction)``; returning False cancels.
+    **parameters
+        One target (`ratio`, `count`, `maxerror` or `alpha`), `protectselected`, `preset` and
+        parameters of the analysis.
 
     Returns
     -------
@@ -229,10 +283,20 @@ def generate_simplified_point_cloud_by_saliency(
     progress: Callback | None = None,
     **parameters: Any,
 ) -> dict[str, Any]:
-    """Add a layer with the kept points of the current layer; it becomes the current one.
+    """Add a layer with the kept points of the current one, and make it the current layer.
 
-    The points are original ones, with colours, normals, quality, texture coordinates and selection
-    (and the custom scalar attributes named by `customattributes`). The source stays as it was.
+    They are original points with their colours, normals, quality, texture coordinates, selection,
+    and the custom scalar attributes that `customattributes` names. The source does not change.
+
+    Parameters
+    ----------
+    mesh_set : pymeshlab.MeshSet
+    customattributes : str or tuple of str
+    progress : callable, optional
+        Called as ``progress(stage, fraction)``; returning False cancels.
+    **parameters
+        One target (`ratio`, `count`, `maxerror` or `alpha`), `protectselected`, `preset` and
+        parameters of the analysis.
 
     Returns
     -------
@@ -241,6 +305,7 @@ def generate_simplified_point_cloud_by_saliency(
     """
     custom = _custom_names(mesh_set, customattributes)
     result = _simplify(mesh_set, progress, **parameters)
+    result.measure(progress)
     source = mesh_set.current_mesh()
     name = f"{source.label()} simplified"
     bridge.add_simplified(mesh_set, source, result, name, custom=custom, with_faces=False)
@@ -256,13 +321,24 @@ def meshing_decimation_by_saliency(
     progress: Callback | None = None,
     **parameters: Any,
 ) -> dict[str, Any]:
-    """Simplify the mesh of the current layer, and stay a mesh.
+    """Simplify the mesh of the current layer to a mesh, which replaces it.
 
-    Vertices keep what the point cloud's do, faces their colours, quality and wedge texture
-    coordinates. Seams of the texture stay as lines, unless `keepseams` is False: then more of the
-    shape is kept, but faces reach across seams. A mesh with several textures keeps its
-    coordinates, not the textures. pymeshlab cannot exchange a layer's mesh, so the layer gets a new
-    number and comes last; its label and matrix stay.
+    Vertices keep their attributes as in `generate_simplified_point_cloud_by_saliency`, faces their
+    colours, quality and wedge texture coordinates. Seams of the texture are kept as lines; with
+    `keepseams` False the error is smaller, but faces reach across seams. A mesh with several
+    textures keeps its texture coordinates, but not the textures. pymeshlab cannot exchange the mesh
+    of a layer, so the layer gets a new number and comes last; its label and matrix are kept.
+
+    Parameters
+    ----------
+    mesh_set : pymeshlab.MeshSet
+    customattributes : str or tuple of str
+    keepseams : bool
+    progress : callable, optional
+        Called as ``progress(stage, fraction)``; returning False cancels.
+    **parameters
+        One target (`ratio`, `count`, `maxerror` or `alpha`), `protectselected`, `preset` and
+        parameters of the analysis.
 
     Returns
     -------
@@ -277,6 +353,7 @@ def meshing_decimation_by_saliency(
         raise salcore.ParameterError("alpha gives points: give ratio, count or max_error")
     custom = _custom_names(mesh_set, customattributes)
     result = _simplify(mesh_set, progress, keepseams=keepseams, **parameters)
+    result.measure(progress)
     source = mesh_set.current_mesh()
     number, label = source.id(), source.label()
     bridge.add_simplified(mesh_set, source, result, "simplified", custom=custom)
@@ -298,11 +375,16 @@ def get_simplification_error(
     ----------
     mesh_set : pymeshlab.MeshSet
     originalmesh, simplifiedmesh : int
-        Identifiers of the layers; their matrices are applied.
+        Numbers of the layers, whose matrices are applied.
+
+    Returns
+    -------
+    dict
+        `salcore.Errors.as_dict`, in the layers' unit of length.
     """
     surfaces: list[salcore.Surface] = []
     for name, number in (("originalmesh", originalmesh), ("simplifiedmesh", simplifiedmesh)):
         if not isinstance(number, numbers.Integral) or not mesh_set.mesh_id_exists(number):
             raise salcore.ParameterError(f"{name}={number!r}: there is no such layer")
-        surfaces.append(bridge.surface(mesh_set.mesh(number)))
+        surfaces.append(bridge.read_surface(mesh_set.mesh(number)))
     return salcore.compare(*surfaces).as_dict()

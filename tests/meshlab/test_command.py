@@ -16,7 +16,7 @@ from models import model_path
 from shapes import bumpy, torus
 
 import salcore
-from meshlab_filter import demo
+from meshlab_filter.cli import demo
 
 COMMAND = [sys.executable, "-m", "meshlab_filter"]
 

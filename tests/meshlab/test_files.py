@@ -13,23 +13,12 @@ from shapes import bumpy, torus
 
 import meshlab_filter as mf
 import salcore
-from meshlab_filter import demo, files
-from meshlab_filter.command import main
-from meshlab_filter.projects import save_project
+from meshlab_filter.cli import demo
+from meshlab_filter.io import files
+from meshlab_filter.io.projects import save_project
 
 MAP = np.array([637100.25, 851327.5, 424.0])
 """Where a scan in map coordinates lies."""
-
-
-@pytest.fixture
-def run(capsys):
-    """Run the command in this process, which saves starting one; return what it said."""
-
-    def call(*arguments, status=0):
-        assert main([str(argument) for argument in arguments]) == status
-        return capsys.readouterr().err
-
-    return call
 
 
 def write_cloud(path, points):

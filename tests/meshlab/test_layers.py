@@ -10,7 +10,7 @@ from shapes import bumpy, torus
 
 import meshlab_filter as mf
 import salcore
-from meshlab_filter import demo
+from meshlab_filter.cli import demo
 
 ARRAYS = (
     "vertex_matrix", "face_matrix", "vertex_normal_matrix", "vertex_color_matrix",

@@ -18,7 +18,7 @@ import salcore
 
 DOCS = Path(__file__).parents[2] / "docs"
 PAGES = [DOCS.parent / "README.md", *sorted(DOCS.glob("tasks/*.md"))]
-MODULES = [f"salcore.{module.name}" for module in pkgutil.iter_modules(salcore.__path__)]
+MODULES = [module.name for module in pkgutil.walk_packages(salcore.__path__, "salcore.")]
 
 
 @pytest.mark.parametrize("name", MODULES)

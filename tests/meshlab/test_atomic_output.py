@@ -16,8 +16,9 @@ import pymeshlab
 import pytest
 from shapes import torus
 
-from meshlab_filter import demo, files, staging
-from meshlab_filter.projects import save_project
+from meshlab_filter.cli import demo
+from meshlab_filter.io import files, staging
+from meshlab_filter.io.projects import save_project
 
 COMMAND = [sys.executable, "-m", "meshlab_filter"]
 
@@ -177,8 +178,8 @@ def test_a_full_disk(tmp_path, ending):
 def test_a_crash_is_one_sentence(tmp_path):
     """So is an end by the system when memory runs out."""
     program = (
-        "import os, signal, sys; from meshlab_filter.watch import watch\n"
-        "sys.exit(watch(lambda: os.kill(os.getpid(), int(sys.argv[1]))))"
+        "import os, signal, sys; from meshlab_filter.io.supervise import supervise\n"
+        "sys.exit(supervise(lambda: os.kill(os.getpid(), int(sys.argv[1]))))"
     )
     for number, message in ((signal.SIGSEGV, "(SIGSEGV)"), (signal.SIGKILL, "want of memory")):
         done = subprocess.run(

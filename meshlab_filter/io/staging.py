@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Outputs appear whole or not at all: written into a hidden folder, then moved into place."""
+"""Make outputs appear whole or not at all: write to a hidden folder, then move into place."""
 
 from __future__ import annotations
 
@@ -12,23 +12,23 @@ from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from .errors import FileError
-from .watch import announce, undisturbed
+from ..errors import FileError
+from .supervise import defer_signals, register_temporary
 
 PREFIX = ".salient-simplify-"
 STALE = 3600.0
-"""Age in seconds from which a hidden folder is one that a killed run left."""
+"""Age in seconds from which a hidden folder counts as left behind by a killed run."""
 
 
 @contextmanager
 def staging(path: Path) -> Iterator[Path]:
-    """Give a hidden folder beside an output; it goes away with all that was not published.
+    """Make a hidden folder beside an output; at the end remove it with all that is unpublished.
 
-    So do those that runs left behind which were killed an hour or longer ago.
+    Folders that killed runs left behind an hour ago or earlier are removed too.
     """
     folder = path.parent / f"{PREFIX}{uuid.uuid4().hex[:8]}"
     _remove_stale(path.parent)
-    announce(folder)
+    register_temporary(folder)
     try:
         folder.mkdir(mode=0o700)
     except OSError as error:
@@ -39,16 +39,16 @@ def staging(path: Path) -> Iterator[Path]:
         shutil.rmtree(folder, ignore_errors=True)
 
 
-def publish(folder: Path, path: Path, *, force: bool, kept: Collection[str] = ()) -> None:
-    """Move what was written into place; the named file last, for it refers to the others.
+def publish(folder: Path, path: Path, *, force: bool, preserve: Collection[str] = ()) -> None:
+    """Move all files of a staging folder into place, `path` last, for it refers to the others.
 
-    Files named in `kept` stay as they are where they exist already. If a move fails, those before
-    it are undone.
+    Existing files named in `preserve` are not replaced. If a move fails, those before it are
+    undone.
 
     Raises
     ------
     FileError
-        If nothing was written, or if a file that goes along exists and `force` is False.
+        If `path` was not written, or if another of the files exists and `force` is False.
     """
     if not (folder / path.name).is_file():
         raise FileError(f"{path}: MeshLab wrote nothing; choose another format, such as .ply")
@@ -56,9 +56,9 @@ def publish(folder: Path, path: Path, *, force: bool, kept: Collection[str] = ()
     moves = {
         path.parent / name: file
         for name, file in written.items()
-        if name.as_posix() not in kept or not (path.parent / name).exists()
+        if name.as_posix() not in preserve or not (path.parent / name).exists()
     }
-    # The output itself was checked before the work was done.
+    # The output itself was checked before the work began.
     taken = [target for target in moves if target.exists() and target.name != path.name]
     if taken and not force:
         raise FileError(
@@ -66,33 +66,33 @@ def publish(folder: Path, path: Path, *, force: bool, kept: Collection[str] = ()
             "or overwrite it with --force"
         )
     for file in moves.values():
-        _flush(file)  # a disk can turn out to be full only now
+        _flush(file)  # a full disk may show only now
     order = sorted(moves, key=lambda target: target.name == path.name)
-    with undisturbed():
-        _exchange([(moves[target], target) for target in order], folder)
+    with defer_signals():
+        _move_all([(moves[target], target) for target in order], folder)
 
 
 def write(path: Path, writer: Callable[[Path], object]) -> None:
-    """Let `writer` write a file of the same name elsewhere, then move it into place."""
+    """Call `writer` with a path in a staging folder, then move the file into place."""
     with staging(path) as folder:
         writer(folder / path.name)
         publish(folder, path, force=True)
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a text file, whole or not at all."""
+    """Write a UTF-8 text file, whole or not at all."""
     write(path, lambda staged: staged.write_text(text, encoding="utf-8"))
 
 
-def _exchange(moves: list[tuple[Path, Path]], folder: Path) -> None:
-    """Rename files in order; all of them, or none."""
+def _move_all(moves: list[tuple[Path, Path]], folder: Path) -> None:
+    """Rename files in order, all or none."""
     done: list[tuple[Path, Path]] = []
     try:
         for number, (file, target) in enumerate(moves):
             target.parent.mkdir(parents=True, exist_ok=True)
             spare = folder / f"spare {number}"
             if target.exists() and number < len(moves) - 1:
-                _copy(target, spare)
+                _link(target, spare)
             os.replace(file, target)
             done.append((target, spare))
     except BaseException:
@@ -105,8 +105,8 @@ def _exchange(moves: list[tuple[Path, Path]], folder: Path) -> None:
         raise
 
 
-def _copy(file: Path, spare: Path) -> None:
-    """Keep a file under a second name; where there are no links, as a copy."""
+def _link(file: Path, spare: Path) -> None:
+    """Give a file a second name, or copy it where the file system has no hard links."""
     try:
         os.link(file, spare)
     except OSError:
@@ -114,13 +114,14 @@ def _copy(file: Path, spare: Path) -> None:
 
 
 def _flush(file: Path) -> None:
+    """Wait until a file is on the disk."""
     with file.open("rb+") as written:
         os.fsync(written.fileno())
 
 
-def _remove_stale(home: Path) -> None:
+def _remove_stale(parent: Path) -> None:
     """Remove the hidden folders of runs that were killed long ago."""
-    for folder in home.glob(f"{PREFIX}*"):
+    for folder in parent.glob(f"{PREFIX}*"):
         if re.fullmatch(r"[0-9a-f]{8}", folder.name.removeprefix(PREFIX)):
             with suppress(OSError):
                 if time.time() - folder.lstat().st_mtime > STALE:

@@ -1,19 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Figures for people."""
+"""Format reports and errors as text."""
 
 from __future__ import annotations
 
 from typing import Any
 
 
-def figures(report: dict[str, Any]) -> str:
-    """Return the report for people."""
+def format_report(report: dict[str, Any]) -> str:
+    """Return a report (`salcore.Report.as_dict`) as lines of text."""
     lines = [
         f"  points   {report['points_before']:,} -> {report['points_after']:,} "
         f"({report['rate']:.1%} less)",
         *[f"  faces    {report['faces_before']:,} -> {report['faces_after']:,}"]
         * bool(report["faces_after"]),
-        error_figures(report["errors"]),
+        format_errors(report["errors"]),
         f"  seconds  {report['seconds_analysis']:.2f} analysis, "
         f"{report['seconds_selection']:.2f} selection",
     ]
@@ -22,8 +22,8 @@ def figures(report: dict[str, Any]) -> str:
     return "\n".join(lines)
 
 
-def error_figures(errors: dict[str, Any]) -> str:
-    """Return the errors for people: in the file's unit, and in per cent of the diagonal."""
+def format_errors(errors: dict[str, Any]) -> str:
+    """Return errors as lines of text, in the file's unit and in per cent of the diagonal."""
     share = 100.0 / errors["diagonal"] if errors["diagonal"] else 0.0
     names = {
         "point": "to the nearest point",

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Files as the command is given them: inputs with clear errors, outputs that may be written."""
+"""Check the paths that a user names, and load them."""
 
 from __future__ import annotations
 
@@ -11,30 +11,30 @@ from typing import Any
 import numpy as np
 import pymeshlab
 
-from . import meshlab
-from .errors import FileError
-from .headers import PROJECT, check_whole, declared_vertices, unread_properties
+from ..errors import FileError
+from . import pymeshlab_io
+from .headers import PROJECT, check_complete, declared_vertices, unread_properties
 
 Warn = Callable[[str], None]
 
 
-def silent(message: str) -> None:
-    """Take a warning and say nothing."""
+def ignore(message: str) -> None:
+    """Ignore a warning."""
 
 
-def load(path: Path, warn: Warn = silent) -> Any:
-    """Return a `pymeshlab.MeshSet` with the file's mesh, or with a project's layers.
+def load(path: Path, warn: Warn = ignore) -> Any:
+    """Load a mesh file, or a project with all its layers, into a new `pymeshlab.MeshSet`.
 
     Parameters
     ----------
     path : Path
     warn : callable
-        Called with a sentence where the file holds more than could be read.
+        Called with a sentence if the file holds more than was read.
 
     Raises
     ------
     FileError
-        If the file is missing, a folder, unreadable, cut short or not understood.
+        If the file is missing, a folder, unreadable, truncated or not understood.
     """
     if not os.path.lexists(path):
         raise FileError(f"{path}: no such file")
@@ -47,8 +47,8 @@ def load(path: Path, warn: Warn = silent) -> Any:
     if not os.access(path, os.R_OK):
         raise FileError(f"{path}: cannot be read; check its permissions")
     _check_name(path)
-    check_whole(path)
-    mesh_set = meshlab.load(path)
+    check_complete(path)
+    mesh_set = pymeshlab_io.load(path)
     read = mesh_set.current_mesh().vertex_number()
     if mesh_set.mesh_number() == 1 and not read:
         raise FileError(f"{path}: holds no points; it may be damaged or of another format")
@@ -65,9 +65,12 @@ def load(path: Path, warn: Warn = silent) -> Any:
 
 
 def choose_layer(
-    mesh_set: Any, layer: str | None, warn: Warn = silent, option: str = "--layer"
+    mesh_set: Any, layer: str | None, warn: Warn = ignore, option: str = "--layer"
 ) -> None:
-    """Make a layer current by its name or number; with None the current one stays."""
+    """Make the layer of a name or number the current one; None leaves it as it is.
+
+    `option` is the command's option that chooses the layer, for messages.
+    """
     labels = {mesh.id(): mesh.label() for mesh in mesh_set}
     if layer is None:
         if len(labels) > 1:
@@ -86,7 +89,7 @@ def choose_layer(
 
 
 def check_output(path: Path, inputs: list[Path], *, force: bool) -> None:
-    """Refuse an output that would overwrite something, or that cannot be written.
+    """Refuse an output that would overwrite a file, or that cannot be written.
 
     Raises
     ------
@@ -112,10 +115,11 @@ def check_output(path: Path, inputs: list[Path], *, force: bool) -> None:
 
 
 def check_format(path: Path) -> None:
-    """Refuse an output in a format that MeshLab does not write, before any work is done."""
+    """Refuse an output in a format that MeshLab does not write; called before any work is done."""
     ending = path.suffix.lower()
     if ending == PROJECT:
         return
+    # The options of a writer can be asked for by its ending, as those of a filter by its name.
     mesh_set = pymeshlab.MeshSet(verbose=False)
     mesh_set.add_mesh(pymeshlab.Mesh(np.zeros((1, 3))))
     try:
@@ -126,7 +130,7 @@ def check_format(path: Path) -> None:
 
 
 def _check_name(path: Path) -> None:
-    """Refuse names that are no text, which MeshLab does not take."""
+    """Refuse a name that is not valid UTF-8, which MeshLab cannot open."""
     try:
         str(path.absolute()).encode()
     except UnicodeEncodeError as error:

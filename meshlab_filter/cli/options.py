@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The options of the command ``salient-simplify``."""
+"""Define the options of the command ``salient-simplify``."""
 
 from __future__ import annotations
 
@@ -9,23 +9,25 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 import salcore
+from salcore.options import add_option
 
 MISTAKE = 2
+"""Exit status after a mistake of the user."""
 
 
 class Parser(argparse.ArgumentParser):
-    """A parser that tells a mistake in one line."""
+    """A parser that reports a mistake in one line."""
 
     def error(self, message: str) -> NoReturn:
-        """Leave with what is wrong, without the whole usage."""
+        """Exit with the message alone, without the usage."""
         text = " ".join(message.split())
         self.exit(MISTAKE, f"salient-simplify: error: {text}; see {self.prog} --help\n")
 
 
 def make_parser(runs: Mapping[str, Callable[[argparse.Namespace], None]]) -> Parser:
-    """Return the parser; options of the analysis follow from salcore's table.
+    """Return the parser; the options of an analysis follow from salcore's table.
 
-    `runs` holds for every command the function that does it; the options get it as `run`.
+    `runs` maps the name of each subcommand to its function, which becomes the option `run`.
     """
     parser = Parser(
         prog="salient-simplify",
@@ -46,7 +48,7 @@ def make_parser(runs: Mapping[str, Callable[[argparse.Namespace], None]]) -> Par
     target = simplify.add_argument_group("target (one is required)")
     choice = target.add_mutually_exclusive_group(required=True)
     for row in salcore.TARGETS:
-        _add_parameter(choice, row)
+        add_option(choice, row)
     _add_simplification(simplify)
     _add_report(simplify)
 
@@ -80,7 +82,7 @@ def make_parser(runs: Mapping[str, Callable[[argparse.Namespace], None]]) -> Par
 
 
 def _add_files(command: argparse.ArgumentParser) -> None:
-    """Add input, output and the options of every analysis."""
+    """Add input, output and the options of an analysis."""
     command.add_argument("input", type=Path, help="mesh file, or MeshLab project (.mlp)")
     command.add_argument("output", type=Path, help="file to write, of any format MeshLab writes")
     command.add_argument("--layer", metavar="NAME", help="layer of a project, by name or number")
@@ -91,7 +93,7 @@ def _add_files(command: argparse.ArgumentParser) -> None:
     for row in salcore.TABLE:
         group = groups.setdefault(row.group, None) or command.add_argument_group(row.group.lower())
         groups[row.group] = group
-        _add_parameter(group, row)
+        add_option(group, row)
 
 
 def _add_simplification(command: argparse.ArgumentParser) -> None:
@@ -106,26 +108,3 @@ def _add_simplification(command: argparse.ArgumentParser) -> None:
 
 def _add_report(command: argparse.ArgumentParser) -> None:
     command.add_argument("--report", type=Path, metavar="JSON", help="write the figures to a file")
-
-
-def _add_parameter(group: Any, row: salcore.Parameter) -> None:
-    """Add the option of one row; left out, the preset's value holds."""
-    text = row.sentence.replace("%", "%%")
-    if row.symbol:
-        text += f" Paper: {row.symbol}."
-    if row.group != "Target":
-        text += f" Default: {row.default}."
-    option: dict[str, Any] = {"dest": row.name, "help": text, "default": None}
-    if row.type is bool:
-        option["action"] = argparse.BooleanOptionalAction
-    elif row.type is str:
-        option["choices"] = row.choices
-    else:
-        option |= {"type": row.type, "metavar": row.unit.upper() or "N"}
-    group.add_argument("--" + row.name.replace("_", "-"), **option)
-
-
-def chosen(options: argparse.Namespace, rows: tuple[salcore.Parameter, ...]) -> dict[str, Any]:
-    """Return the values that were given on the command line."""
-    values = {row.name: getattr(options, row.name) for row in rows}
-    return {name: value for name, value in values.items() if value is not None}

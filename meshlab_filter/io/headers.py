@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What files say of themselves, where MeshLab does not look: their length, and what they hold."""
+"""Read what MeshLab's readers ignore: whether a file is complete, and what they will drop."""
 
 from __future__ import annotations
 
@@ -8,45 +8,44 @@ from pathlib import Path
 from typing import BinaryIO
 from xml.etree import ElementTree
 
-from .errors import FileError
+from ..errors import FileError
 
 PROJECT = ".mlp"
 _READ = {
-    *("x", "y", "z", "nx", "ny", "nz", "quality", "confidence", "intensity", "flags", "s", "t"),
-    *("u", "v", "texture_u", "texture_v", "vertex_index", "vertex_indices", "texcoord"),
-    "texnumber",
-}
-"""Properties of PLY files that MeshLab reads, of whatever type; colours are bytes only."""
+    "x", "y", "z", "nx", "ny", "nz", "quality", "confidence", "intensity", "flags", "s", "t", "u",
+    "v", "texture_u", "texture_v", "texcoord", "texnumber", "vertex_index", "vertex_indices",
+}  # fmt: skip
+"""Properties of PLY files that MeshLab reads, whatever their type; colours must be bytes."""
 _COLORS = {
     prefix + name for prefix in ("", "diffuse_") for name in ("red", "green", "blue", "alpha")
 }
 _BYTE = {b"uchar", b"uint8"}
 
 
-def check_whole(path: Path) -> None:
-    """Refuse a file that is empty or cut short, of those whose readers crash, wait or say nothing.
+def check_complete(path: Path) -> None:
+    """Refuse a file that is empty or truncated, also among the meshes of a project.
 
-    A project's meshes are looked at too.
+    Sizes are checked only in formats whose readers crash, hang or say nothing.
 
     Raises
     ------
     FileError
     """
     for part in (path, *mesh_files(path)):
-        size = part.stat().st_size if part.is_file() else None
+        if not part.is_file():
+            continue
+        size = part.stat().st_size
         if size == 0:
             raise FileError(f"{part}: is empty")
-        told = _CLAIMS.get(part.suffix.lower(), _claims_nothing)
-        if size is None or told is _claims_nothing:
-            continue
-        with part.open("rb") as file:
-            least = told(file)
-        if least > size:
-            raise FileError(f"{part}: is cut short, to {size} of at least {least} bytes")
+        if part.suffix.lower() in _MIN_SIZE:
+            with part.open("rb") as file:
+                least = _MIN_SIZE[part.suffix.lower()](file)
+            if least > size:
+                raise FileError(f"{part}: is cut short, to {size} of at least {least} bytes")
 
 
 def declared_vertices(path: Path) -> int | None:
-    """Return how many vertices a PLY file says it holds."""
+    """Return the number of vertices in the header of a PLY file; None for other formats."""
     found = re.search(rb"element\s+vertex\s+(\d+)", _ply_header(path))
     return int(found.group(1)) if found else None
 
@@ -67,15 +66,15 @@ def unread_properties(path: Path) -> list[str]:
 
 
 def _ply_header(path: Path) -> bytes:
-    """Return the header of a PLY file; nothing of other files."""
+    """Return the header of a PLY file; nothing for other formats."""
     if path.suffix.lower() != ".ply":
         return b""
     with path.open("rb") as file:
         return file.read(65536).partition(b"end_header")[0]
 
 
-def home(source: Path, number: int) -> Path:
-    """Return the folder of a mesh file, or of the file of a project's layer."""
+def layer_folder(source: Path, number: int) -> Path:
+    """Return the folder of a mesh file, or of the file of layer `number` of a project."""
     parts = mesh_files(source)
     return (parts[number] if number < len(parts) else source).parent
 
@@ -88,29 +87,26 @@ def mesh_files(path: Path) -> list[Path]:
         meshes = ElementTree.parse(path).iter("MLMesh")
         return [path.parent / mesh.get("filename", "") for mesh in meshes]
     except ElementTree.ParseError:
-        return []  # MeshLab says what it is
+        return []  # MeshLab's reader says what is wrong
 
 
-def _claims_nothing(_: BinaryIO) -> int:
-    return 0
-
-
-def _stl(file: BinaryIO) -> int:
-    """Return the length of a binary STL: a header, a number, and 50 bytes a triangle."""
+def _stl_size(file: BinaryIO) -> int:
+    """Return the size of a binary STL file: a header, a count, and 50 bytes per triangle."""
     start = file.read(84)
     if start.lstrip().startswith(b"solid"):
-        return 0
+        return 0  # text
     return 84 + 50 * int.from_bytes(start[80:84], "little") if len(start) == 84 else 84
 
 
-def _3ds(file: BinaryIO) -> int:
-    """Return the length that the outermost chunk of a 3DS file tells."""
+def _3ds_size(file: BinaryIO) -> int:
+    """Return the size that the outermost chunk of a 3DS file declares."""
     return int.from_bytes(file.read(6)[2:6], "little")
 
 
-def _ctm(_: BinaryIO) -> int:
-    """Return the length of a CTM file's header; with less its reader waits for ever."""
+def _ctm_size(_: BinaryIO) -> int:
+    """Return the size of a CTM file's header; the reader hangs on anything shorter."""
     return 36
 
 
-_CLAIMS = {".stl": _stl, ".3ds": _3ds, ".ctm": _ctm}
+_MIN_SIZE = {".stl": _stl_size, ".3ds": _3ds_size, ".ctm": _ctm_size}
+"""Functions that read from an open file how many bytes it must have at least."""

@@ -8,22 +8,10 @@ import pymeshlab
 import pytest
 from shapes import torus
 
-from meshlab_filter import demo, files
-from meshlab_filter.command import main
-from meshlab_filter.projects import save_project
-
-
-@pytest.fixture
-def run(capsys):
-    """Run the command in this process and return what it said on standard error."""
-
-    def call(*arguments, status=0):
-        found = main([str(argument) for argument in arguments])
-        said = capsys.readouterr().err
-        assert found == status, said
-        return said
-
-    return call
+from meshlab_filter.cli import demo
+from meshlab_filter.cli.command import main
+from meshlab_filter.io import files
+from meshlab_filter.io.projects import save_project
 
 
 @pytest.fixture

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""MeshLab's library where it meets the disk: quiet, and with errors of one kind."""
+"""Call pymeshlab's readers and writers, silently and with errors of one kind."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any
 
 import pymeshlab
 
-from .errors import FileError
+from ..errors import FileError
 from .headers import PROJECT, mesh_files
 
 
@@ -20,7 +20,7 @@ class UnknownFormatError(FileError):
 
 
 def load(path: Path) -> Any:
-    """Return a `pymeshlab.MeshSet` with a file's mesh, or with a project's layers.
+    """Load a mesh file, or a project with all its layers, into a new `pymeshlab.MeshSet`.
 
     Raises
     ------
@@ -31,7 +31,7 @@ def load(path: Path) -> Any:
     absolute = str(path.resolve())
     read = mesh_set.load_project if path.suffix.lower() == PROJECT else mesh_set.load_new_mesh
     try:
-        with _quiet():
+        with _silence():
             read(absolute)
     except (pymeshlab.PyMeshLabException, RuntimeError) as error:
         text = _one_line(error, path)
@@ -39,66 +39,68 @@ def load(path: Path) -> Any:
         raise kind(f"{path}: {text}") from error
     if not mesh_set.mesh_number():
         raise FileError(f"{path}: holds no mesh")
-    _mend_textures(mesh_set, path)
+    _correct_textures(mesh_set, path)
     return mesh_set
 
 
-def _mend_textures(mesh_set: Any, path: Path) -> None:
-    """Give layers of a project the textures of their own folders.
+def _correct_textures(mesh_set: Any, path: Path) -> None:
+    """Give the layers of a project the textures from their own folders.
 
-    MeshLab takes those of the project's folder if there are any of the same names. Only a mesh
-    with a single texture can be given another.
+    MeshLab prefers textures of the same names in the project's folder. Only a mesh with a single
+    texture can be given another.
     """
     current = mesh_set.current_mesh_id()
     for mesh, part in zip(mesh_set, mesh_files(path), strict=False):
         for name in mesh.textures() if mesh.texture_number() == 1 else ():
-            right, taken = part.parent / name, path.parent / name
-            if right.is_file() and taken.is_file() and not right.samefile(taken):
+            own, loaded = part.parent / name, path.parent / name
+            if own.is_file() and loaded.is_file() and not own.samefile(loaded):
                 mesh_set.set_current_mesh(mesh.id())
-                mesh_set.set_texture_per_mesh(textname=str(right.resolve()))
+                mesh_set.set_texture_per_mesh(textname=str(own.resolve()))
     mesh_set.set_current_mesh(current)
 
 
-def save(mesh_set: Any, path: Path, known: Path, **options: Any) -> None:
-    """Save the current layer as `path`, of which the user knows as `known`.
+def save(mesh_set: Any, path: Path, shown_as: Path, **options: Any) -> None:
+    """Save the current layer as `path`; messages name the file `shown_as` instead.
 
     Raises
     ------
     FileError
-        If the format cannot hold the layer, or the disk is full.
+        If the format cannot hold the layer.
+    OSError
+        If the disk is full.
     """
     try:
-        with _quiet():
+        with _silence():
             mesh_set.save_current_mesh(str(path.resolve()), **options)
     except (pymeshlab.PyMeshLabException, RuntimeError) as error:
-        _check_space(path, known)
+        _check_space(path, shown_as)
         text = _one_line(error, path)
-        raise FileError(f"{known}: {text}; choose another format, such as .ply") from error
-    _check_space(path, known)
+        raise FileError(f"{shown_as}: {text}; choose another format, such as .ply") from error
+    _check_space(path, shown_as)
 
 
-def save_project(mesh_set: Any, path: Path, known: Path) -> None:
-    """Save a project's references as `path`; its layers are saved already.
+def save_project(mesh_set: Any, path: Path, shown_as: Path) -> None:
+    """Save a project, whose layers are already saved, as `path`.
 
     Raises
     ------
     OSError
-        If MeshLab could not write it, of which it does not tell.
+        If MeshLab could not write it, which it does not always report.
     """
     try:
-        with _quiet():
-            # An absolute path: with a relative one MeshLab fails without a word.
+        with _silence():
+            # Given a relative path, MeshLab fails without an exception.
             mesh_set.save_project(str(path.resolve()))
     except (pymeshlab.PyMeshLabException, RuntimeError) as error:
-        raise OSError(f"{known}: {_one_line(error, path)}") from error
-    _check_space(path, known)
+        raise OSError(f"{shown_as}: {_one_line(error, path)}") from error
+    _check_space(path, shown_as)
     if not path.is_file():
-        raise OSError(f"{known}: could not be written")
+        raise OSError(f"{shown_as}: could not be written")
 
 
 @contextmanager
-def _quiet() -> Iterator[None]:
-    """Silence what the library prints past Python, and stay in the folder that it may leave."""
+def _silence() -> Iterator[None]:
+    """Discard what compiled code prints, and restore the working directory, which it may change."""
     with ExitStack() as stack:
         here = os.getcwd()
         stack.callback(os.chdir, here)
@@ -113,8 +115,8 @@ def _quiet() -> Iterator[None]:
         yield
 
 
-def _check_space(path: Path, known: Path) -> None:
-    """Raise an OSError if a file that was written could not grow: some writers do not notice."""
+def _check_space(path: Path, shown_as: Path) -> None:
+    """Raise an OSError if a file that was written cannot grow: some writers ignore a full disk."""
     if not path.is_file():
         return
     size = path.stat().st_size
@@ -125,7 +127,7 @@ def _check_space(path: Path, known: Path) -> None:
             os.fsync(file.fileno())
         os.truncate(path, size)
     except OSError as error:
-        raise OSError(f"{known}: not written to the end ({error.strerror})") from error
+        raise OSError(f"{shown_as}: not written to the end ({error.strerror})") from error
 
 
 def _one_line(error: Exception, path: Path) -> str:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The demonstration: two scans that come with pymeshlab, analysed and simplified."""
+"""Analyse and simplify two scans that come with pymeshlab."""
 
 from __future__ import annotations
 
@@ -11,11 +11,12 @@ import pymeshlab
 
 import salcore
 
-from . import bridge, files, filters
-from .errors import FileError
+from .. import bridge, filters
+from ..errors import FileError
+from ..io import files
+from ..io.save import save_mesh
+from ..io.staging import write_text
 from .picture import Panel, save_picture
-from .saving import save_mesh
-from .staging import write_text
 
 SCANS = {"bunny": "bunny10k_textured.obj", "face": "rangemaps/face000.ply"}
 """A mesh of the Stanford Bunny and a raw range map of a face."""
@@ -34,7 +35,7 @@ def sample(name: str) -> Path:
 def panels(
     name: str, points: Any, faces: Any, analysis: salcore.Analysis, result: salcore.Simplification
 ) -> list[Panel]:
-    """Return original, saliency, regions and kept points, side by side."""
+    """Return a row of panels: original, saliency, regions and kept points."""
     normals, report = analysis.normals, result.report
     salient = salcore.saliency_colors(analysis.saliency)
     shape = (points, faces, normals)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pictures of meshes and clouds, by matplotlib, without a window."""
+"""Draw meshes and clouds with matplotlib, without a window."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from .errors import FileError
-from .staging import write
+from ..errors import FileError
+from ..io.staging import write
 
 Floats = NDArray[np.float64]
 
 GREY = np.array([0.72, 0.72, 0.7])
 LIGHT = np.array([0.35, 0.45, 0.82])
 FORWARD = {"y": np.eye(3), "z": np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])}
-"""Rotations that bring the up axis to the picture's y; the viewer looks along -z."""
+"""Rotations of the upward axis to the picture's y; the viewer looks along -z."""
 
 
 @dataclass(frozen=True)
 class Panel:
-    """One part of a picture.
+    """One drawing in a picture.
 
     Attributes
     ----------
@@ -35,7 +35,7 @@ class Panel:
         For the shading of a cloud; signs do not matter.
     colors : (n, 3) float64 in [0, 1], or None for grey
     shown : (k,) int or None
-        Draw only these points, as dots where the surface of all points can be seen.
+        Draw these points alone, as dots, where no others hide them.
     """
 
     title: str
@@ -47,7 +47,7 @@ class Panel:
 
 
 def check_picture(path: Path) -> None:
-    """Refuse a picture that cannot be drawn, before any work is done.
+    """Refuse a picture that cannot be drawn; called before any work is done.
 
     Raises
     ------
@@ -66,7 +66,7 @@ def check_picture(path: Path) -> None:
 
 
 def save_picture(path: Path, rows: list[list[Panel]], *, up: str = "y") -> None:
-    """Draw panels in rows and write them as a picture (PNG, PDF, SVG: by the ending).
+    """Draw rows of panels and write them to a file, whose ending says in which format.
 
     Raises
     ------
@@ -93,7 +93,7 @@ def save_picture(path: Path, rows: list[list[Panel]], *, up: str = "y") -> None:
 
 
 def _extent(points: Floats) -> tuple[float, float]:
-    """Return width and height of the points, at least a tenth of each other."""
+    """Return width and height of the points, neither less than a tenth of the other."""
     width, height = np.ptp(points[:, :2], axis=0)
     return max(width, 0.1 * height, 1e-30), max(height, 0.1 * width, 1e-30)
 
@@ -128,7 +128,7 @@ def _draw_faces(axis: Any, points: Floats, faces: NDArray[Any], colors: Floats) 
     length = np.linalg.norm(normals[order], axis=1, keepdims=True)
     shade = _shade(normals[order] / np.maximum(length, 1e-300))
     paint = np.clip(colors[faces[order]].mean(axis=1) * shade, 0.0, 1.0)
-    # Edges in the faces' own colour close the hairlines between them.
+    # Edges in the colour of their faces close the hairlines between these.
     axis.add_collection(
         PolyCollection(corners[order][:, :, :2], facecolors=paint, edgecolors=paint, linewidths=0.2)
     )
@@ -142,14 +142,14 @@ def _draw_points(axis: Any, points: Floats, colors: Floats, size: float) -> None
 
 
 def _shade(normals: Floats) -> Floats:
-    """Return (n, 1) Lambert shading with some light from everywhere."""
+    """Return Lambert shading (n, 1) with some ambient light."""
     light = LIGHT / np.linalg.norm(LIGHT)
     shade: Floats = 0.3 + 0.75 * np.clip(normals @ light, 0.0, 1.0)[:, None]
     return shade
 
 
 def _spacing(points: Floats) -> float:
-    """Return the median distance to the third nearest point, of some thousand points."""
+    """Return the median distance to the third nearest point, over some thousand points."""
     if len(points) < 4:
         return 1.0
     some = points[:: max(len(points) // 4000, 1)]
@@ -158,7 +158,7 @@ def _spacing(points: Floats) -> float:
 
 
 def _dot_size(axis: Any, points: Floats) -> float:
-    """Return the size of a dot that just closes the surface."""
+    """Return the size of dots that just cover the surface between them."""
     box = axis.get_position()
     width = box.width * axis.figure.get_figwidth() * 72.0
     span = np.ptp(axis.get_xlim())
@@ -166,7 +166,7 @@ def _dot_size(axis: Any, points: Floats) -> float:
 
 
 def _visible(points: Floats) -> NDArray[np.bool_]:
-    """Return which points no others hide: a depth buffer of cells two spacings wide."""
+    """Return which points no others hide, by a depth buffer with cells two spacings wide."""
     spacing = max(_spacing(points), 1e-30)
     cell = np.floor((points[:, :2] - points[:, :2].min(axis=0)) / (2.0 * spacing)).astype(np.int64)
     _, number = np.unique(cell, axis=0, return_inverse=True)

@@ -12,27 +12,12 @@ import pytest
 from models import model_path
 from shapes import bumpy, torus
 
-from meshlab_filter import demo, files
-from meshlab_filter.command import main
+from meshlab_filter.cli import demo
+from meshlab_filter.io import files
 
 COMMAND = [sys.executable, "-m", "meshlab_filter"]
 SMALL = ["degtri_sliding.off", "non_manif_hole.ply", "planar_logo.ply", "sliver_tet.ply"]
 """Of the models in the folder `nasty` those that take a second or two."""
-
-
-@pytest.fixture
-def run(capsys):
-    """Run the command in this process and return what it said on standard error."""
-
-    def call(*arguments, status=0):
-        found = main([str(argument) for argument in arguments])
-        said = capsys.readouterr().err
-        assert found == status, said
-        if status:
-            assert len(said.splitlines()) == 1
-        return said
-
-    return call
 
 
 def write(path, mesh=None, **options):

@@ -1,0 +1,18 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Mesh files and MeshLab projects: read, write, and survive what goes wrong on the way.
+
+files
+    Check the paths that a user names, and load them.
+headers
+    Read what MeshLab's readers ignore: whether a file is complete, and what they will drop.
+pymeshlab_io
+    Call pymeshlab's readers and writers, silently and with errors of one kind.
+save, projects
+    Write a layer, or a project with all its layers.
+verify
+    Read a file back and report what its format lost.
+staging
+    Make outputs appear whole or not at all.
+supervise
+    Run the work in a child process and clean up after it.
+"""
