@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Geometry of an object as arrays, in world space; nothing is decided here.
+"""Geometry of an object as arrays; nothing is decided here.
 
-Lengths, normals and errors are those that a user sees in the scene, whatever the object's scale.
+Points are in world space: lengths, normals and errors are those that a user sees in the scene,
+whatever the object's scale.
 """
 
 from __future__ import annotations
@@ -12,8 +13,9 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from ..salcore import SalcoreError
 from . import attributes
-from .salcore import SalcoreError
+from .topology import MeshArrays
 
 Floats = NDArray[np.float64]
 
@@ -40,7 +42,7 @@ def positions(data: Any) -> NDArray[np.float32]:
     return attributes.topology(data, "position")
 
 
-def read(data: Any, matrix: Any) -> Arrays:
+def arrays(data: Any, matrix: Any) -> Arrays:
     """Return points, triangles and normals of a mesh or point cloud, taken through a matrix.
 
     Parameters
@@ -84,6 +86,39 @@ def triangles(mesh: Any) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[
     polygons = np.empty(len(corners), dtype=np.int32)
     mesh.loop_triangle_polygons.foreach_get("value", polygons)
     return vertex[corners], corners, polygons
+
+
+def mesh_arrays(mesh: Any) -> MeshArrays:
+    """Return polygons, corners and edges of a mesh, and which of them carry something."""
+    first = np.empty(len(mesh.polygons), dtype=np.int32)
+    mesh.polygons.foreach_get("loop_start", first)
+    edges = attributes.topology(mesh, ".edge_verts")
+    loose = np.ones(len(edges), dtype=bool)
+    loose[attributes.topology(mesh, ".corner_edge")] = False
+    all_triangles = len(mesh.loops) == 3 * len(mesh.polygons)
+    _, corners, polygons = (None,) * 3 if all_triangles else triangles(mesh)
+    maps = list(mesh.uv_layers)
+    active = mesh.uv_layers.active
+    marked = mesh.attributes.get("uv_seam")
+    material = mesh.attributes.get("material_index")
+    return MeshArrays(
+        first=first,
+        vertices=attributes.topology(mesh, ".corner_vert"),
+        triangles=corners,
+        polygon_of=polygons,
+        loose_edges=edges[loose],
+        edges=edges if _carries(mesh, "EDGE") else None,
+        corner_values=_carries(mesh, "CORNER"),
+        uv_maps=[np.asarray(attributes.read(mesh.attributes[uv.name])) for uv in maps],
+        active_uv=-1 if active is None else [uv.name for uv in maps].index(active.name),
+        materials=None if material is None else np.asarray(attributes.read(material)),
+        marked_seams=None if marked is None else edges[np.asarray(attributes.read(marked))],
+    )
+
+
+def _carries(mesh: Any, domain: str) -> bool:
+    """Return whether elements of a domain have values that a new element has to get."""
+    return any(a.domain == domain and a.name not in attributes.TOPOLOGY for a in mesh.attributes)
 
 
 def weights(obj: Any, data: Any, name: str) -> NDArray[np.float64]:

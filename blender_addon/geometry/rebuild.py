@@ -15,20 +15,19 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from . import attributes, bridge, topology
+from . import attributes, read
 from .attributes import Layer
-from .salcore import Simplification
-from .topology import Topology
+from .topology import Reduced, Topology
 
 
-def shrink(data: Any, result: Simplification, matrix: Any, *, weighted: bool = False) -> Any:
+def shrink(data: Any, result: Reduced, matrix: Any, *, weighted: bool = False) -> Any:
     """Cut a mesh or point cloud down to what a simplification keeps, and return it.
 
     Parameters
     ----------
     data : bpy.types.Mesh or bpy.types.PointCloud
-    result : Simplification
-        Of its points and triangles, as `bridge.read` gives them.
+    result : Reduced
+        What is left of its points and triangles, as `read.arrays` gives them.
     matrix : (4, 4) matrix
         From its space to the one that `result` speaks of.
     weighted : bool
@@ -40,14 +39,15 @@ def shrink(data: Any, result: Simplification, matrix: Any, *, weighted: bool = F
         The same data-block; but before Blender 5.1, which cannot resize a point cloud, a new one
         that has taken the old one's name, materials, properties and users.
     """
-    if bridge.is_mesh(data):
+    if read.is_mesh(data):
         _shrink_mesh(data, result, matrix, weighted)
         return data
     return _shrink_cloud(data, result)
 
 
-def _shrink_mesh(mesh: Any, result: Simplification, matrix: Any, weighted: bool) -> None:
-    shape = topology.simplified(mesh, result)
+def _shrink_mesh(mesh: Any, result: Reduced, matrix: Any, weighted: bool) -> None:
+    shape = result.topology
+    assert shape is not None
     actives = _Actives(mesh)
     normals = None
     skip = set()
@@ -66,7 +66,7 @@ def _shrink_mesh(mesh: Any, result: Simplification, matrix: Any, weighted: bool)
     layers = [
         layer.take(sources[layer.domain]) for layer in attributes.read_layers(mesh, skip=skip)
     ]
-    old = bridge.positions(mesh)[result.indices]
+    old = read.positions(mesh)[result.indices]
     new = _moved(result, matrix, old)
     if weighted or mesh.shape_keys:
         _keep_vertices(mesh, result.indices)
@@ -88,7 +88,7 @@ def _encoded(mesh: Any) -> bool:
     return attribute is not None and attribute.data_type == "INT16_2D"
 
 
-def _moved(result: Simplification, matrix: Any, old: NDArray[np.float32]) -> NDArray[np.float32]:
+def _moved(result: Reduced, matrix: Any, old: NDArray[np.float32]) -> NDArray[np.float32]:
     """Return the kept points' coordinates in their own space: the old ones unless they moved."""
     if result.positions is None:
         return old
@@ -101,7 +101,7 @@ def _build(mesh: Any, shape: Topology, points: NDArray[np.float32]) -> None:
     mesh.edges.add(len(shape.edges))
     mesh.loops.add(len(shape.corners))
     mesh.polygons.add(len(shape.starts))
-    mesh.polygons.foreach_set("loop_start", shape.starts.astype(np.int32))
+    mesh.polygons.foreach_set("loop_start", shape.starts)
     for name, values in (
         ("position", points),
         (".edge_verts", shape.edges),
@@ -157,9 +157,9 @@ class _Actives:
             layer.active_clone |= layer.name == self.clone
 
 
-def _shrink_cloud(cloud: Any, result: Simplification) -> Any:
+def _shrink_cloud(cloud: Any, result: Reduced) -> Any:
     layers = [layer.take(result.indices) for layer in attributes.read_layers(cloud)]
-    points = bridge.positions(cloud)[result.indices]
+    points = read.positions(cloud)[result.indices]
     layers.append(Layer("position", "FLOAT_VECTOR", "POINT", points))
     if hasattr(cloud, "resize"):
         cloud.resize(len(points))

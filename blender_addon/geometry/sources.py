@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The objects that an operator works on: which, and whose geometry; and the work up to a result."""
+"""The objects that an operator works on: which, and whose geometry."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,10 +11,8 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from . import analyses, bridge, topology
-from .bridge import HostError
-from .salcore import Analysis, Parameters, Progress, Simplification
-from .salcore.progress import part
+from . import read
+from .read import HostError
 
 
 @dataclass
@@ -40,9 +38,14 @@ class Source:
         return self.objects[0]
 
     @property
+    def count(self) -> int:
+        """Number of points."""
+        return len(self.data.vertices if read.is_mesh(self.data) else self.data.points)
+
+    @property
     def weighted(self) -> bool:
         """Whether vertices may carry weights."""
-        return bridge.is_mesh(self.data) and bool(self.object.vertex_groups)
+        return read.is_mesh(self.data) and bool(self.object.vertex_groups)
 
     def discard(self) -> None:
         """Remove a copy that has not been used."""
@@ -61,12 +64,17 @@ class Source:
 
 
 def _collection(data: Any) -> Any:
-    return bpy.data.meshes if bridge.is_mesh(data) else bpy.data.pointclouds
+    return bpy.data.meshes if read.is_mesh(data) else bpy.data.pointclouds
 
 
 def eligible(objects: Iterable[Any]) -> Iterator[Any]:
     """Yield the meshes and point clouds among objects."""
     return (obj for obj in objects if obj.type in {"MESH", "POINTCLOUD"})
+
+
+def selected(context: Any, kind: str) -> list[Source]:
+    """Return the selected geometries: "ORIGINAL", or "EVALUATED" with modifiers applied."""
+    return evaluated(context) if kind == "EVALUATED" else originals(context)
 
 
 def originals(context: Any) -> list[Source]:
@@ -80,7 +88,16 @@ def originals(context: Any) -> list[Source]:
 def evaluated(context: Any) -> list[Source]:
     """Return copies of what the modifiers make of each selected object."""
     depsgraph = context.evaluated_depsgraph_get()
-    return [Source([obj], _after_modifiers(obj, depsgraph), True) for obj in _chosen(context)]
+    found: list[Source] = []
+    try:
+        for obj in _chosen(context):
+            data = _after_modifiers(obj, depsgraph)
+            found.append(Source([obj], data, True))
+    except HostError:
+        for source in found:
+            source.discard()
+        raise
+    return found
 
 
 def _chosen(context: Any) -> list[Any]:
@@ -110,63 +127,29 @@ def _after_modifiers(obj: Any, depsgraph: Any) -> Any:
     return copy
 
 
-def analysis_steps(source: Source, parameters: Parameters) -> Generator[Progress, None, Analysis]:
-    """Yield progress and return the analysis of a source, in world space."""
-    yield Progress("Read", 0.0)
-    arrays = bridge.read(source.data, source.object.matrix_world)
-    if not len(arrays.points):
+def geometry(source: Source) -> dict[str, Any]:
+    """Return points, triangles and normals of a source in world space, for a request."""
+    found = read.arrays(source.data, source.object.matrix_world)
+    if not len(found.points):
         raise HostError(f"{source.object.name}: has no points")
-    return (yield from analyses.steps(arrays, parameters))
+    return found._asdict()
+
+
+def geometry_with_mesh(source: Source, protect: str, keep_seams: bool) -> dict[str, Any]:
+    """Return a source as `requests.simplify` wants it, with what has to stay."""
+    found = geometry(source)
+    del found["faces"]  # they follow from the mesh
+    mesh = read.mesh_arrays(source.data)._asdict() if read.is_mesh(source.data) else None
+    return found | {
+        "mesh": mesh,
+        "protect": protected(source, protect),
+        "keep_seams": keep_seams,
+    }
 
 
 def protected(source: Source, name: str) -> NDArray[np.bool_] | None:
     """Return which points are never to go, or None without a name."""
     if not name:
         return None
-    result: NDArray[np.bool_] = bridge.weights(source.object, source.data, name) > 0.0
+    result: NDArray[np.bool_] = read.weights(source.object, source.data, name) > 0.0
     return result
-
-
-def wishes(source: Source, protect: str, keep_seams: bool) -> dict[str, Any]:
-    """Return what must stay, as salcore's arguments."""
-    mesh = bridge.is_mesh(source.data)
-    return {
-        "protect": protected(source, protect),
-        "seams": topology.seams(source.data) if keep_seams and mesh else None,
-    }
-
-
-def simplification_steps(
-    source: Source,
-    parameters: Parameters,
-    target: dict[str, float],
-    protect: str = "",
-    keep_seams: bool = True,
-) -> Generator[Progress, None, Simplification]:
-    """Yield progress and return the simplification of a source."""
-    analysis = yield from part(0.0, 0.4, analysis_steps(source, parameters))
-    steps = analysis.simplify_steps(**wishes(source, protect, keep_seams), **target)
-    return (yield from part(0.4, 1.0, steps))
-
-
-def each(
-    sources: list[Source], steps_of: Any, check: Callable[[Source], None] | None = None
-) -> Generator[Progress, None, list[tuple[Source, Any]]]:
-    """Do the same work for every source, and return them with what came of it.
-
-    All are checked first. Copies made for the work are removed if it ends before its time.
-    """
-    results = []
-    try:
-        if check is not None:
-            for source in sources:
-                check(source)
-        for k, source in enumerate(sources):
-            steps = part(k / len(sources), (k + 1) / len(sources), steps_of(source))
-            result = yield from steps
-            results.append((source, result))
-    except BaseException:
-        for source in sources:
-            source.discard()
-        raise
-    return results

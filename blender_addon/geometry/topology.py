@@ -2,7 +2,8 @@
 """Polygons, corners and edges of a simplified mesh, and which of the original each comes from.
 
 Triangles that a simplification leaves become polygons. A quad or n-gon that lost nothing comes
-back as it was; loose edges follow their ends.
+back as it was; loose edges follow their ends. Arrays in, arrays out: the worker's process, which
+has no bpy, imports this module.
 """
 
 from __future__ import annotations
@@ -12,10 +13,75 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from . import attributes, bridge
-from .salcore import Simplification, find_seams
+from ..salcore import Simplification, find_seams
 
 Ints = NDArray[np.int64]
+Ints32 = NDArray[np.int32]
+
+
+class MeshArrays(NamedTuple):
+    """What of a mesh of C corners, P polygons and E edges has to be known to simplify it.
+
+    Attributes
+    ----------
+    first : (P,) int32
+        First corner of each polygon.
+    vertices : (C,) int32
+        Vertex of each corner.
+    triangles : (t, 3) int32 or None
+        Corners of the triangles; None where all polygons are triangles.
+    polygon_of : (t,) int32 or None
+        Polygon of each triangle.
+    loose_edges : (e, 2) int32
+        Edges of no polygon.
+    edges : (E, 2) int32 or None
+        All edges; None where they carry no attribute.
+    corner_values : bool
+        Whether corners carry attributes.
+    uv_maps : list of (C, 2) float32
+    active_uv : int
+        Position in `uv_maps` of the one that tells corners of one vertex apart; -1 for none.
+    materials : (P,) int32 or None
+    marked_seams : (s, 2) int32 or None
+    """
+
+    first: Ints32
+    vertices: Ints32
+    triangles: Ints32 | None
+    polygon_of: Ints32 | None
+    loose_edges: Ints32
+    edges: Ints32 | None
+    corner_values: bool
+    uv_maps: list[NDArray[np.float32]]
+    active_uv: int
+    materials: Ints32 | None
+    marked_seams: Ints32 | None
+
+    @property
+    def sizes(self) -> Ints:
+        """(P,) corners of each polygon."""
+        return np.diff(np.append(self.first.astype(np.int64), len(self.vertices)))
+
+    @property
+    def corners(self) -> Ints32:
+        """(t, 3) corners of the triangles."""
+        if self.triangles is not None:
+            return self.triangles
+        return np.arange(len(self.vertices), dtype=np.int32).reshape(-1, 3)
+
+    @property
+    def faces(self) -> Ints32:
+        """(t, 3) vertices of the triangles."""
+        if self.triangles is not None:
+            return self.vertices[self.triangles]
+        return self.vertices.reshape(-1, 3)
+
+    @property
+    def polygons(self) -> Ints32:
+        """(t,) polygon of each triangle."""
+        if self.polygon_of is not None:
+            return self.polygon_of
+        return np.arange(len(self.vertices) // 3, dtype=np.int32)
 
 
 class Topology(NamedTuple):
@@ -23,31 +89,60 @@ class Topology(NamedTuple):
 
     Attributes
     ----------
-    starts : (P,) int64
+    starts : (P,) int32
         First corner of each polygon.
-    polygons : (P,) int64
+    polygons : (P,) int32
         Original polygon.
-    vertices, corners : (C,) int64
+    vertices, corners : (C,) int32
         Vertex of each corner, and its original corner.
-    edge_of : (C,) int64
+    edge_of : (C,) int32
         Edge from each corner to the next.
-    edges : (E, 2) int64
+    edges : (E, 2) int32
         Vertices of the edges.
-    edge_source : (E,) int64
+    edge_source : (E,) int32
         Original edge; -1 where there is none.
     """
 
-    starts: Ints
-    polygons: Ints
-    vertices: Ints
-    corners: Ints
-    edge_of: Ints
-    edges: Ints
-    edge_source: Ints
+    starts: Ints32
+    polygons: Ints32
+    vertices: Ints32
+    corners: Ints32
+    edge_of: Ints32
+    edges: Ints32
+    edge_source: Ints32
 
 
-def simplified(mesh: Any, result: Simplification) -> Topology:
-    """Return the topology that `result` leaves of a `bpy.types.Mesh`."""
+class Reduced(NamedTuple):
+    """What a simplification leaves of a mesh or point cloud.
+
+    Attributes
+    ----------
+    indices : (M,) int64
+        Kept points, ascending.
+    positions : (M, 3) float64 or None
+        Where they move to; None where they stay.
+    topology : Topology or None
+        None for a point cloud.
+    """
+
+    indices: Ints
+    positions: NDArray[np.float64] | None
+    topology: Topology | None
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return plain values and arrays."""
+        shape = self.topology
+        return self._asdict() | {"topology": None if shape is None else shape._asdict()}
+
+    @classmethod
+    def from_dict(cls, values: dict[str, Any]) -> Reduced:
+        """Return what `as_dict` was made from."""
+        shape = values["topology"]
+        return cls(**values | {"topology": None if shape is None else Topology(**shape)})
+
+
+def simplified(mesh: MeshArrays, result: Simplification) -> Topology:
+    """Return the topology that `result` leaves of a mesh."""
     starts, polygons, vertices, corners = _polygons(mesh, result)
     sides = np.column_stack([vertices, vertices[_following(starts, len(vertices))]])
     sides = np.concatenate([sides, _loose_edges(mesh, result)])
@@ -55,56 +150,48 @@ def simplified(mesh: Any, result: Simplification) -> Topology:
     keys, edge_of = np.unique(sides.min(axis=1) * count + sides.max(axis=1), return_inverse=True)
     edges = np.column_stack(np.divmod(keys, count))
     edge_source = np.full(len(edges), -1, dtype=np.int64)
-    if _carries(mesh, "EDGE"):
-        edge_source = result.edge_source(attributes.topology(mesh, ".edge_verts"), edges)
+    if mesh.edges is not None:
+        edge_source = result.edge_source(mesh.edges, edges)
     edge_of = edge_of.ravel()[: len(vertices)]
-    return Topology(starts, polygons, vertices, corners, edge_of, edges, edge_source)
+    found = (starts, polygons, vertices, corners, edge_of, edges, edge_source)
+    return Topology(*(values.astype(np.int32) for values in found))
 
 
-def seams(mesh: Any) -> Ints:
+def seams(mesh: MeshArrays) -> Ints:
     """Return edges (s, 2) that stay as lines.
 
     Those where charts of a UV map meet, those marked as seams, and borders between materials.
     """
-    vertices, corners, polygons = bridge.triangles(mesh)
-    values = [
-        np.asarray(attributes.read(mesh.attributes[layer.name]))[corners]
-        for layer in mesh.uv_layers
-    ]
-    material = mesh.attributes.get("material_index")
-    if material is not None:
-        kind = np.asarray(attributes.read(material))[polygons]
-        values.append(np.repeat(kind[:, None, None], 3, axis=1))
+    values: list[NDArray[Any]] = [uv[mesh.corners] for uv in mesh.uv_maps]
+    if mesh.materials is not None:
+        values.append(np.repeat(mesh.materials[mesh.polygons][:, None, None], 3, axis=1))
     found = [np.empty((0, 2), dtype=np.int64)]
     if values:
-        found.append(find_seams(vertices, np.concatenate(values, axis=2)))
-    marked = mesh.attributes.get("uv_seam")
-    if marked is not None:
-        found.append(attributes.topology(mesh, ".edge_verts")[np.asarray(attributes.read(marked))])
+        found.append(find_seams(mesh.faces, np.concatenate(values, axis=2)))
+    if mesh.marked_seams is not None:
+        found.append(mesh.marked_seams.astype(np.int64))
     return np.concatenate(found)
 
 
-def _polygons(mesh: Any, result: Simplification) -> tuple[Ints, Ints, Ints, Ints]:
+def _polygons(mesh: MeshArrays, result: Simplification) -> tuple[Ints, Ints, Ints, Ints]:
     """Return first corners, original polygons, and vertices and original corners of the corners."""
-    if result.faces is None or not len(result.faces):
+    if result.faces is None or result.face_source is None or not len(result.faces):
         return (np.empty(0, dtype=np.int64),) * 4
-    old_vertices, old_corners, polygon_of = bridge.triangles(mesh)
-    origin = result.face_source
-    first, size = _loops(mesh)
+    old_vertices, polygon_of, origin = mesh.faces, mesh.polygons, result.face_source
+    first, size = mesh.first.astype(np.int64), mesh.sizes
     unchanged = (result.indices[result.faces] == old_vertices[origin]).all(axis=1)
     left = np.bincount(polygon_of[origin[unchanged]], minlength=len(size))
     whole = left == size - 2
     rest = np.flatnonzero(~whole[polygon_of[origin]])
-    source = _corner_source(mesh, result, old_vertices, old_corners)[rest]
-    place = np.full(len(mesh.vertices), -1, dtype=np.int64)
+    source = _corner_source(mesh, result)[rest]
+    place = np.full(len(result.source), -1, dtype=np.int64)
     place[result.indices] = np.arange(len(result.indices))
     intact = np.flatnonzero(whole)
     whole_corners = _ranges(first[intact], size[intact])
-    corner_vertex = attributes.topology(mesh, ".corner_vert")
     polygons = np.concatenate([intact, polygon_of[origin[rest]]])
     sizes = np.concatenate([size[intact], np.full(len(rest), 3)])
-    vertices = np.concatenate([place[corner_vertex[whole_corners]], result.faces[rest].ravel()])
-    corners = np.concatenate([whole_corners, old_corners.ravel()[source.ravel()]])
+    vertices = np.concatenate([place[mesh.vertices[whole_corners]], result.faces[rest].ravel()])
+    corners = np.concatenate([whole_corners, mesh.corners.ravel()[source.ravel()]])
     # Polygons keep the order of the original.
     order = np.argsort(polygons, kind="stable")
     moved = _ranges((np.cumsum(sizes) - sizes)[order], sizes[order])
@@ -112,34 +199,15 @@ def _polygons(mesh: Any, result: Simplification) -> tuple[Ints, Ints, Ints, Ints
     return starts, polygons[order], vertices[moved], corners[moved]
 
 
-def _corner_source(
-    mesh: Any, result: Simplification, vertices: NDArray[np.int32], corners: NDArray[np.int32]
-) -> Ints:
+def _corner_source(mesh: MeshArrays, result: Simplification) -> Ints:
     """Return the old corner (k, 3), among those of the triangles, for each new one."""
-    if not _carries(mesh, "CORNER"):
+    if not mesh.corner_values:
+        assert result.face_source is not None
         return 3 * result.face_source[:, None] + np.arange(3)
-    return result.corner_source(vertices, charts(mesh, corners))
-
-
-def charts(mesh: Any, corners: NDArray[np.int32]) -> NDArray[np.float64] | None:
-    """Return what tells corners of one vertex apart: the active UV map, or None."""
-    uv = mesh.uv_layers.active
-    if uv is None:
-        return None
-    return np.asarray(attributes.read(mesh.attributes[uv.name]), dtype=np.float64)[corners]
-
-
-def _carries(mesh: Any, domain: str) -> bool:
-    """Return whether elements of a domain have values that a new element has to get."""
-    return any(a.domain == domain and a.name not in attributes.TOPOLOGY for a in mesh.attributes)
-
-
-def _loops(mesh: Any) -> tuple[Ints, Ints]:
-    """Return the first corner and the number of corners of every polygon."""
-    found = np.empty(len(mesh.polygons), dtype=np.int32)
-    mesh.polygons.foreach_get("loop_start", found)
-    first = found.astype(np.int64)
-    return first, np.diff(np.append(first, len(mesh.loops)))
+    charts = None
+    if mesh.active_uv >= 0:
+        charts = mesh.uv_maps[mesh.active_uv].astype(np.float64)[mesh.corners]
+    return result.corner_source(mesh.faces, charts)
 
 
 def _ranges(starts: Ints, sizes: Ints) -> Ints:
@@ -156,10 +224,7 @@ def _following(starts: Ints, count: int) -> Ints:
     return after
 
 
-def _loose_edges(mesh: Any, result: Simplification) -> Ints:
+def _loose_edges(mesh: MeshArrays, result: Simplification) -> Ints:
     """Return the edges (e, 2) of no polygon, between what stands for their ends."""
-    edges = attributes.topology(mesh, ".edge_verts")
-    loose = np.ones(len(edges), dtype=bool)
-    loose[attributes.topology(mesh, ".corner_edge")] = False
-    ends = result.source[edges[loose]]
+    ends = result.source[mesh.loose_edges]
     return ends[(ends[:, 0] != ends[:, 1]) & (ends >= 0).all(axis=1)]

@@ -3,18 +3,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator
 from typing import Any
 
 import bpy
 
-from . import bridge, salcore, sources
-from .operators import Worker
-from .salcore import Errors, Progress
-from .salcore.progress import staged
+from ..geometry import sources
+from ..geometry.sources import Source
+from .base import ModalOperator
 
 
-class OBJECT_OT_salient_measure(Worker, bpy.types.Operator):
+class OBJECT_OT_salient_measure(ModalOperator, bpy.types.Operator):
     """Measure the error of the active object against the other selected one, as the original"""
 
     bl_idname = "object.salient_measure"
@@ -34,41 +32,37 @@ class OBJECT_OT_salient_measure(Worker, bpy.types.Operator):
             return False
         return True
 
-    def work(self, context: Any) -> Generator[Progress, None, Errors]:
-        """Measure both ways, in world space, with modifiers applied."""
-        yield Progress("Read", 0.0)
-        active = context.active_object
-        found = {source.object: source for source in sources.evaluated(context)}
-        try:
-            surfaces = {
-                obj: salcore.make_surface(*bridge.read(source.data, obj.matrix_world))
-                for obj, source in found.items()
-            }
-        finally:
-            for source in found.values():
-                source.discard()
-        (original,) = (obj for obj in found if obj != active)
-        self._names = (original.name, active.name)
-        self._counts = (len(surfaces[original].points), len(surfaces[active].points))
-        steps = salcore.compare_steps(surfaces[original], surfaces[active])
-        return (yield from staged("Error", 0.2, 1.0, steps))
+    def find(self, context: Any) -> list[Source]:
+        """Return both, with modifiers applied: the active one comes first."""
+        return sources.evaluated(context)
 
-    def commit(self, context: Any, outcome: Errors) -> None:
+    def requests(self) -> list[Any]:
+        """Ask once, about both."""
+        return [self._compare]
+
+    def _compare(self) -> dict[str, Any]:
+        simplified, original = map(sources.geometry, self._sources)
+        return {"task": "compare", "original": original, "simplified": simplified}
+
+    def commit(self, context: Any, answers: list[dict[str, Any]]) -> None:
         """Show the figures; nothing changes."""
+        (errors,) = answers
+        simplified, original = (source.object.name for source in self._sources)
+        there, back = errors["surface"], errors["surface_back"]
         figures = context.window_manager.salient_simplify
-        figures.title = f"{self._names[1]} against {self._names[0]}"
-        figures.points_before, figures.points_after = self._counts
-        figures.max_error, figures.mean_error = outcome.surface.max, outcome.surface.mean
+        figures.title = f"{simplified} against {original}"
+        figures.points_before = errors["points_before"]
+        figures.points_after = errors["points_after"]
+        figures.max_error, figures.mean_error = there["max"], there["mean"]
         figures.measured, figures.seconds = True, 0.0
-        there, back = outcome.surface, outcome.surface_back
-        self._said = (
-            f"{figures.title}: largest error {there.max:.4g}, mean {there.mean:.4g}, root mean "
-            f"square {there.rms:.4g}; back: {back.max:.4g}, {back.mean:.4g}"
+        self._message = (
+            f"{figures.title}: largest error {there['max']:.4g}, mean {there['mean']:.4g}, root "
+            f"mean square {there['rms']:.4g}; back: {back['max']:.4g}, {back['mean']:.4g}"
         )
 
     def conclude(self, context: Any) -> None:
         """Tell the figures."""
-        self.report({"INFO"}, self._said)
+        self.report({"INFO"}, self._message)
 
 
 CLASSES: tuple[Any, ...] = (OBJECT_OT_salient_measure,)

@@ -3,132 +3,121 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator
-from typing import Any
+from typing import Any, NamedTuple
 
 import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from . import attributes, bridge, properties, sources
-from .attributes import Layer
-from .operators import Worker
-from .salcore import Progress, region_colors, saliency_colors
-from .sources import Source
+from ..geometry import attributes, read, sources
+from ..geometry.attributes import Layer
+from ..geometry.sources import Source
+from ..settings import properties
+from .base import SKIP_SAVE, ModalOperator
 
-NOT_KEPT = {"SKIP_SAVE"}
 MATERIAL = "Salient Colors"
 GROUP = "Saliency"
 LEVELS = 255
 """Steps of the weights in the vertex group: Blender is told one weight for many at once."""
-INTEREST_COLOR, OTHER_COLOR = (0.9, 0.1, 0.05), (0.35, 0.35, 0.38)
 
 
-class Shower(Worker):
+class Shown(NamedTuple):
+    """What one operator stores about every point."""
+
+    task: str
+    """Of the worker's requests."""
+    attribute: str
+    type: str
+    color: str
+    """Name of the colour attribute."""
+    label: str
+    description: str
+    alpha: bool = False
+    """Whether it depends on the threshold α."""
+    group: bool = False
+    """Whether the values become a vertex group, which Blender's own modifiers understand."""
+
+
+TABLE = (
+    Shown("saliency", "saliency", "FLOAT", "Saliency Color", "Salient Show Saliency",
+        "Store the saliency of every point, also as a vertex group, and show it in colour",
+        group=True),
+    Shown("regions", "saliency_region", "INT", "Region Color", "Salient Show Regions",
+        "Store the region of like saliency of every point, and show each in a colour of its own"),
+    Shown("interest", "interest_point", "BOOLEAN", "Interest Color", "Salient Show Interest Points",
+        "Mark the points that a threshold keeps, and show them in red", alpha=True),
+)  # fmt: skip
+
+
+class ShowAttribute(ModalOperator):
     """An operator that stores something about every point and shows it."""
 
-    color = ""
-    """Name of the colour attribute."""
+    shown: Shown
 
-    def steps(self, source: Source) -> Generator[Progress, None, list[Layer]]:
-        """Yield progress and return the attributes to store, the colours (n, 3) last."""
-        raise NotImplementedError
+    def find(self, context: Any) -> list[Source]:
+        """Return the selected objects' own geometries."""
+        return sources.originals(context)
 
-    def work(self, context: Any) -> Generator[Progress, None, Any]:
-        """Work out what to show for every selected geometry."""
-        found = sources.originals(context)
-        return (yield from sources.each(found, self.steps, Source.require_editable))
+    def check(self, source: Source) -> None:
+        """Refuse what must not be changed."""
+        source.require_editable()
 
-    def commit(self, context: Any, outcome: list[tuple[Source, list[Layer]]]) -> None:
+    def request(self, source: Source, number: int) -> dict[str, Any]:
+        """Ask for values and colours of every point."""
+        request = {
+            "task": self.shown.task,
+            "parameters": properties.parameters(self).as_dict(),
+            **sources.geometry(source),
+        }
+        return request | {"alpha": self.alpha} if self.shown.alpha else request
+
+    def commit(self, context: Any, answers: list[dict[str, Any]]) -> None:
         """Store the attributes and have the view show them."""
-        for source, layers in outcome:
-            for layer in layers:
-                attributes.write_layer(source.data, layer)
-            if bridge.is_mesh(source.data):
-                source.data.attributes.active_color_name = self.color
+        shown = self.shown
+        for source, answer in zip(self._sources, answers, strict=True):
+            data, values = source.data, answer["values"]
+            attributes.write_layer(data, Layer(shown.attribute, shown.type, "POINT", values))
+            colors = Layer(shown.color, "FLOAT_COLOR", "POINT", answer["colors"])
+            attributes.write_layer(data, colors)
+            if read.is_mesh(data):
+                data.attributes.active_color_name = shown.color
+                if shown.group:
+                    _set_group(source.object, values)
             else:
                 for obj in source.objects:
-                    _show_material(obj, self.color)
-            source.data.update_tag()
-        _show_colors(context, all(bridge.is_mesh(source.data) for source, _ in outcome))
-        names = ", ".join(source.object.name for source, _ in outcome)
-        self._said = f"{names}: see the attribute {self.color!r}"
+                    _show_material(obj, shown.color)
+            data.update_tag()
+        _show_colors(context, all(read.is_mesh(source.data) for source in self._sources))
+        names = ", ".join(source.object.name for source in self._sources)
+        self._message = f"{names}: see the attribute {shown.color!r}"
 
     def conclude(self, context: Any) -> None:
         """Tell where it is."""
-        self.report({"INFO"}, self._said)
+        self.report({"INFO"}, self._message)
 
     def draw(self, context: Any) -> None:
         """Draw the panel of the last operation."""
         self.layout.use_property_split = True
-        if "alpha" in self.__annotations__:
+        if self.shown.alpha:
             self.layout.prop(self, "alpha")
 
 
-def layers_of(name: str, kind: str, values: NDArray[Any], color: str, rgb: Any) -> list[Layer]:
-    """Return an attribute and its colours."""
-    rgba = np.ones((len(values), 4), dtype=np.float32)
-    rgba[:, :3] = rgb
-    return [Layer(name, kind, "POINT", values), Layer(color, "FLOAT_COLOR", "POINT", rgba)]
-
-
-class OBJECT_OT_salient_show_saliency(Shower, bpy.types.Operator):
-    """Store the saliency of every point, also as a vertex group, and show it in colour"""
-
-    bl_idname = "object.salient_show_saliency"
-    bl_label = "Salient Show Saliency"
-    color = "Saliency Color"
-    __annotations__ = properties.parameter_annotations(NOT_KEPT)
-
-    def steps(self, source: Source) -> Generator[Progress, None, list[Layer]]:
-        """Return saliency, blue to red."""
-        analysis = yield from sources.analysis_steps(source, properties.parameters(self))
-        saliency = analysis.saliency
-        return layers_of("saliency", "FLOAT", saliency, self.color, saliency_colors(saliency))
-
-    def commit(self, context: Any, outcome: list[tuple[Source, list[Layer]]]) -> None:
-        """Store also the vertex group that Blender's own modifiers understand."""
-        super().commit(context, outcome)
-        for source, layers in outcome:
-            if bridge.is_mesh(source.data):
-                _set_group(source.object, np.asarray(layers[0].values))
-
-
-class OBJECT_OT_salient_show_regions(Shower, bpy.types.Operator):
-    """Store the region of like saliency of every point, and show each in a colour of its own"""
-
-    bl_idname = "object.salient_show_regions"
-    bl_label = "Salient Show Regions"
-    color = "Region Color"
-    __annotations__ = properties.parameter_annotations(NOT_KEPT)
-
-    def steps(self, source: Source) -> Generator[Progress, None, list[Layer]]:
-        """Return regions."""
-        analysis = yield from sources.analysis_steps(source, properties.parameters(self))
-        regions = analysis.regions
-        return layers_of("saliency_region", "INT", regions, self.color, region_colors(regions))
-
-
-class OBJECT_OT_salient_show_interest(Shower, bpy.types.Operator):
-    """Mark the points that a threshold keeps, and show them in red"""
-
-    bl_idname = "object.salient_show_interest"
-    bl_label = "Salient Show Interest Points"
-    color = "Interest Color"
-    __annotations__ = {
-        "alpha": properties.target_annotations(NOT_KEPT)["alpha"],
-        **properties.parameter_annotations(NOT_KEPT),
-    }
-
-    def steps(self, source: Source) -> Generator[Progress, None, list[Layer]]:
-        """Return interest points, red."""
-        result = yield from sources.simplification_steps(
-            source, properties.parameters(self), {"alpha": self.alpha}
-        )
-        kept = np.zeros(len(result.source), dtype=bool)
-        kept[result.indices] = True
-        rgb = np.where(kept[:, None], INTEREST_COLOR, OTHER_COLOR)
-        return layers_of("interest_point", "BOOLEAN", kept, self.color, rgb)
+def _operator(shown: Shown) -> Any:
+    """Return the operator of one row of the table."""
+    options = properties.parameter_annotations(SKIP_SAVE)
+    if shown.alpha:
+        options = {"alpha": properties.target_annotations(SKIP_SAVE)["alpha"], **options}
+    return type(
+        f"OBJECT_OT_salient_show_{shown.task}",
+        (ShowAttribute, bpy.types.Operator),
+        {
+            "__doc__": shown.description,
+            "__annotations__": options,
+            "bl_idname": f"object.salient_show_{shown.task}",
+            "bl_label": shown.label,
+            "shown": shown,
+        },
+    )
 
 
 def _set_group(obj: Any, weights: NDArray[Any]) -> None:
@@ -182,8 +171,4 @@ def _show_colors(context: Any, solid: bool) -> None:
                 shading.color_type = "VERTEX"
 
 
-CLASSES: tuple[Any, ...] = (
-    OBJECT_OT_salient_show_saliency,
-    OBJECT_OT_salient_show_regions,
-    OBJECT_OT_salient_show_interest,
-)
+CLASSES: tuple[Any, ...] = tuple(_operator(shown) for shown in TABLE)

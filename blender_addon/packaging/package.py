@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Pack the Blender extension: one zip for each platform, with scipy's wheels inside.
 
-Run ``python blender_addon/package.py``. This file itself stays outside the zip.
+Run ``python blender_addon/packaging/package.py``. This folder itself stays outside the zip.
 """
 
 import argparse
@@ -16,7 +16,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
-ADDON = Path(__file__).resolve().parent
+ADDON = Path(__file__).resolve().parents[1]
 ROOT = ADDON.parent
 MANIFEST = "blender_manifest.toml"
 
@@ -64,7 +64,7 @@ def stage(folder: Path, wheels: Mapping[str, Sequence[Path]] | None = None) -> N
         The wheels to bundle for each of Blender's platforms. Without them the manifest names
         neither platforms nor wheels, and scipy must come from elsewhere.
     """
-    unwanted = shutil.ignore_patterns("__pycache__", ".*", "*.pyc", Path(__file__).name)
+    unwanted = shutil.ignore_patterns("__pycache__", ".*", "*.pyc", "packaging")
     shutil.copytree(ADDON, folder, ignore=unwanted, dirs_exist_ok=True)
     shutil.copytree(ROOT / "salcore", folder / "salcore", ignore=unwanted, dirs_exist_ok=True)
     shutil.copyfile(ROOT / "LICENSE", folder / "LICENSE")

@@ -9,7 +9,7 @@ from typing import Any
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
 
-from .salcore import PRESETS, TABLE, TARGETS, Parameter, Parameters
+from ..salcore import PRESETS, TABLE, TARGETS, Parameter, Parameters
 
 HIDDEN = {"error_unit"}
 """Rows that a scene decides: lengths are always in its unit."""
@@ -174,7 +174,7 @@ def target(settings: Any) -> dict[str, float]:
     return {name: getattr(settings, name)}
 
 
-def adopt(own: Any, settings: Any) -> None:
+def fill_unset(own: Any, settings: Any) -> None:
     """Give operator properties that nobody has set the values of the panel's settings."""
     for each in own.bl_rna.properties:
         name = each.identifier

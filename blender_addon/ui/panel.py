@@ -10,12 +10,13 @@ import bpy
 from bl_operators.presets import AddPresetBase
 from bl_ui.utils import PresetPanel
 
-from . import live, measure, properties, show, simplify
-from .drawing import draw_output, draw_target
+from ..operators import levels, live, measure, show, simplify, work
+from ..settings import properties
+from ..settings.layout import draw_output, draw_target
 
 PRESETS = "salient_simplify"
 """Folder of the presets, in Blender's preset folders."""
-PRESET_PATH = str(Path(__file__).parent)
+PRESET_PATH = str(Path(__file__).parents[1])
 
 
 class _Panel:
@@ -33,26 +34,34 @@ class VIEW3D_PT_salient(_Panel, bpy.types.Panel):
 
     def draw(self, context: Any) -> None:
         """Draw target, button and figures."""
+        work.warm_up()
         layout, settings = self.layout, context.scene.salient_simplify
         figures = context.window_manager.salient_simplify
-        draw_target(layout, settings)
-        if figures.stage:
+        busy = bool(figures.stage)
+        column = layout.column()
+        column.enabled = not busy
+        draw_target(column, settings)
+        if busy:
             layout.progress(factor=figures.fraction, text=f"{figures.stage} (Esc: cancel)")
         else:
             row = layout.row()
             row.scale_y = 1.4
             row.operator(simplify.OBJECT_OT_salient_simplify.bl_idname, text="Simplify")
-        draw_output(layout, settings)
-        self._draw_protect(context, settings)
+        column = layout.column()
+        column.enabled = not busy
+        column.use_property_split = True
+        column.use_property_decorate = False
+        draw_output(column, settings)
+        self._draw_protect(column, context, settings)
         if figures.title:
             _draw_figures(layout.box().column(align=True), context, figures)
 
-    def _draw_protect(self, context: Any, settings: Any) -> None:
+    def _draw_protect(self, layout: Any, context: Any, settings: Any) -> None:
         obj = context.object
         if obj is not None and obj.type == "MESH":
-            self.layout.prop_search(settings, "protect", obj, "vertex_groups")
+            layout.prop_search(settings, "protect", obj, "vertex_groups")
         elif obj is not None and obj.type == "POINTCLOUD":
-            self.layout.prop_search(settings, "protect", obj.data, "attributes")
+            layout.prop_search(settings, "protect", obj.data, "attributes")
 
 
 def _draw_figures(column: Any, context: Any, figures: Any) -> None:
@@ -91,7 +100,7 @@ class VIEW3D_PT_salient_more(_Panel, bpy.types.Panel):
         column = self.layout.column()
         column.operator(live.OBJECT_OT_salient_live.bl_idname, text="Live Simplify")
         column.prop(context.scene.salient_simplify, "ratios")
-        column.operator(simplify.OBJECT_OT_salient_levels.bl_idname, text="Levels of Detail")
+        column.operator(levels.OBJECT_OT_salient_levels.bl_idname, text="Levels of Detail")
         column.operator(measure.OBJECT_OT_salient_measure.bl_idname, text="Measure Error")
 
 
@@ -151,7 +160,7 @@ class VIEW3D_MT_salient(bpy.types.Menu):
             self.layout.operator(kind.bl_idname, text=_short(kind))
 
 
-OPERATORS = simplify.CLASSES + live.CLASSES + show.CLASSES + measure.CLASSES
+OPERATORS = simplify.CLASSES + levels.CLASSES + live.CLASSES + show.CLASSES + measure.CLASSES
 
 
 def _short(kind: Any) -> str:

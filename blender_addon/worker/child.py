@@ -80,7 +80,7 @@ def main(addon: str, folders: str, address: str) -> None:
         try:
             serve(connection, wire, requests)
         except (EOFError, OSError):
-            pass  # Blender has closed the connection
+            return  # Blender has closed the connection
 
 
 if __name__ == "__main__":

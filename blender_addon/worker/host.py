@@ -16,6 +16,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Sequence
+from contextlib import suppress
 from multiprocessing.connection import Client
 from pathlib import Path
 from typing import Any
@@ -93,10 +94,8 @@ class Host:
         """Have an idle child begin a request; `poll` tells how it goes."""
         assert self.state == IDLE
         self.state = BUSY
-        try:
+        with suppress(OSError):  # if it has died, the next `poll` finds out
             wire.send(self._connection, ["run", request])
-        except OSError:
-            pass  # it has died, which the next `poll` finds out
 
     def poll(self) -> tuple[Any, ...] | None:
         """Return the next message, or None while there is none.
@@ -137,20 +136,16 @@ class Host:
         if self._connection is None:
             time.sleep(min(seconds, 0.02))
             return
-        try:
+        with suppress(EOFError, OSError):  # `poll` finds out
             self._connection.poll(seconds)
-        except (EOFError, OSError):
-            pass  # `poll` finds out
 
     def cancel(self) -> None:
         """Tell a busy child to stop; what it still says is not heard."""
         if self.state != BUSY:
             return
         self.state, self._deadline = STOPPING, time.monotonic() + STOP_SECONDS
-        try:
+        with suppress(OSError):  # if it has died, the next `poll` finds out
             wire.send(self._connection, ["cancel"])
-        except OSError:
-            pass  # it has died, which the next `poll` finds out
 
     def stop(self) -> None:
         """End the child at once, and forget that none could be started."""

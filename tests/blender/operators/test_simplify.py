@@ -231,7 +231,7 @@ def test_poll_says_what_is_missing():
 
 
 def test_every_operator_can_be_found_and_undone(module):
-    for kind in module("panel").OPERATORS:
+    for kind in module("ui.panel").OPERATORS:
         module_name, name = kind.bl_idname.split(".")
         words = getattr(getattr(bpy.ops, module_name), name).get_rna_type()
         assert len(words.description) > 20
@@ -247,7 +247,7 @@ def test_operators_take_from_the_panel_what_nobody_has_set(module):
     settings.target, settings.count, settings.detail = "COUNT", 77, 0.0
     own = bpy.context.window_manager.operator_properties_last("object.salient_simplify")
     own.detail = 5.0
-    module("properties").adopt(own, settings)
+    module("settings.properties").fill_unset(own, settings)
     assert (own.target, own.count, own.detail) == ("COUNT", 77, 5.0)
     for name in own.bl_rna.properties.keys():  # noqa: SIM118
         own.property_unset(name)

@@ -9,14 +9,14 @@ from mathutils import Matrix
 
 
 def test_points_and_normals_are_in_world_space(module):
-    bridge = module("bridge")
+    read = module("geometry.read")
     obj = scenes.cloud(scenes.relief())
-    layer = module("attributes").Layer(
+    layer = module("geometry.attributes").Layer(
         "normal", "FLOAT_VECTOR", "POINT", np.tile(np.float32([0, 0.6, 0.8]), (600, 1))
     )
-    module("attributes").write_layer(obj.data, layer)
+    module("geometry.attributes").write_layer(obj.data, layer)
     matrix = Matrix.LocRotScale((1, 2, 3), None, (1, 1, 4))
-    arrays = bridge.read(obj.data, matrix)
+    arrays = read.arrays(obj.data, matrix)
     np.testing.assert_allclose(
         arrays.points, scenes.positions(obj) * [1, 1, 4] + [1, 2, 3], rtol=1e-6
     )
@@ -27,33 +27,33 @@ def test_points_and_normals_are_in_world_space(module):
 
 
 def test_polygons_are_triangulated(module):
-    bridge = module("bridge")
+    read = module("geometry.read")
     obj = scenes.torus()
-    arrays = bridge.read(obj.data, Matrix())
+    arrays = read.arrays(obj.data, Matrix())
     assert arrays.faces.shape == (1600, 3)
     assert arrays.points.dtype == np.float64
     assert arrays.normals is None
-    vertices, corners, polygons = bridge.triangles(obj.data)
+    vertices, corners, polygons = read.triangles(obj.data)
     loops = np.array([loop.vertex_index for loop in obj.data.loops])
     np.testing.assert_array_equal(loops[corners], vertices)
     np.testing.assert_array_equal(np.bincount(polygons), np.full(800, 2))
 
 
 def test_weights(module):
-    bridge, error = module("bridge"), module("bridge").HostError
+    read, error = module("geometry.read"), module("geometry.read").HostError
     obj = scenes.torus()
     obj.vertex_groups.new(name="other").add([0, 1], 1.0, "REPLACE")
     obj.vertex_groups.new(name="group").add([1, 5], 0.25, "REPLACE")
-    found = bridge.weights(obj, obj.data, "group")
+    found = read.weights(obj, obj.data, "group")
     assert np.flatnonzero(found).tolist() == [1, 5]
     assert found[5] == 0.25
     obj.data.attributes.new("edge", "FLOAT", "EDGE")
     with pytest.raises(error, match="no vertex group"):
-        bridge.weights(obj, obj.data, "edge")
+        read.weights(obj, obj.data, "edge")
 
 
 def test_what_modifiers_make(module):
-    sources = module("sources")
+    sources = module("geometry.sources")
     cloud = scenes.cloud(scenes.relief())
     torus = scenes.torus()
     torus.modifiers.new("sub", "SUBSURF").levels = 1

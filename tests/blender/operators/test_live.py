@@ -25,7 +25,7 @@ def faces_of(mesh):
 
 
 def slide(module, obj, ratio):
-    module("live").set_input(obj.modifiers["Salient Live"], "Ratio", ratio)
+    module("geometry.live_nodes").set_input(obj.modifiers["Salient Live"], "Ratio", ratio)
     obj.update_tag()
     bpy.context.view_layer.update()
 
@@ -80,7 +80,7 @@ def test_quads_are_cut_too(module):
 def test_the_slider_can_be_animated(module):
     obj = scenes.cloud(scenes.relief())
     bpy.ops.object.salient_live()
-    live, scene = module("live"), bpy.context.scene
+    live, scene = module("geometry.live_nodes"), bpy.context.scene
     modifier = obj.modifiers["Salient Live"]
     path = live.input_path(modifier, "Ratio")
     for frame, ratio in ((1, 1.0), (11, 0.5)):

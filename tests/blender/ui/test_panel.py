@@ -58,7 +58,7 @@ class Shown:
 
 
 def test_every_row_of_the_table_is_a_property(module):
-    salcore, properties = module("salcore"), module("properties")
+    salcore, properties = module("salcore"), module("settings.properties")
     settings = bpy.context.scene.salient_simplify
     defaults = salcore.Parameters()
     for row in properties.ROWS:
@@ -84,8 +84,8 @@ def test_presets(module, name):
         for file in __import__("pathlib").Path(folder).glob(f"{name}.py")
     )
     bpy.ops.script.execute_preset(filepath=str(path), menu_idname="VIEW3D_PT_salient_presets")
-    expected = module("properties").preset(name.lower()).as_dict()
-    for key in (row.name for row in module("properties").ROWS):
+    expected = module("settings.properties").preset(name.lower()).as_dict()
+    for key in (row.name for row in module("settings.properties").ROWS):
         assert getattr(settings, key) == pytest.approx(expected[key]), key
 
 
@@ -104,7 +104,7 @@ def test_a_preset_of_ones_own():
 
 
 def test_the_panels_draw_what_there_is(module):
-    panel = module("panel")
+    panel = module("ui.panel")
     drawn = Shown(panel.VIEW3D_PT_salient).layout.drawn
     assert drawn[:3] == ["target", "ratio", "object.salient_simplify"]
     assert "protect" not in drawn
@@ -126,7 +126,7 @@ def test_the_panels_draw_what_there_is(module):
     figures.stage = ""
     drawn = Shown(panel.VIEW3D_PT_salient_advanced).layout.drawn
     assert [name for name in drawn if name in dir(bpy.context.scene.salient_simplify)] == [
-        row.name for row in module("properties").ROWS
+        row.name for row in module("settings.properties").ROWS
     ]
     more = Shown(panel.VIEW3D_PT_salient_more).layout.drawn
     menu = Shown(panel.VIEW3D_MT_salient).layout.drawn

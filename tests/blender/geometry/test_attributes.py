@@ -31,7 +31,7 @@ def values_for(attributes, kind, count):
 
 
 def test_the_table_knows_every_type_there_is(module):
-    assert set(TYPES) == set(module("attributes").LAYOUTS) - {"FLOAT4"} | {"STRING"} | (
+    assert set(TYPES) == set(module("geometry.attributes").LAYOUTS) - {"FLOAT4"} | {"STRING"} | (
         {"FLOAT4"} if "FLOAT4" in TYPES else set()
     )
 
@@ -39,7 +39,7 @@ def test_the_table_knows_every_type_there_is(module):
 @pytest.mark.parametrize("domain", DOMAINS)
 @pytest.mark.parametrize("kind", TYPES)
 def test_of_a_mesh(module, kind, domain):
-    attributes, bridge = module("attributes"), module("bridge")
+    attributes, read = module("geometry.attributes"), module("geometry.read")
     obj = scenes.torus()
     mesh = obj.data
     attribute = mesh.attributes.new("mine", kind, domain)
@@ -64,7 +64,7 @@ def test_of_a_mesh(module, kind, domain):
     same = [(k, old[key]) for key, k in new.items() if key in old]
     assert len(same) > len(new) / 3
     assert_same([after[k] for k, _ in same], [given[k] for _, k in same])
-    assert bridge.is_mesh(mesh)
+    assert read.is_mesh(mesh)
 
 
 def elements(mesh, domain, name):
@@ -91,7 +91,7 @@ def assert_same(after, before):
 @pytest.mark.parametrize("kind", TYPES)
 @pytest.mark.parametrize("make", [scenes.points_mesh, scenes.cloud])
 def test_of_points(module, kind, make):
-    attributes = module("attributes")
+    attributes = module("geometry.attributes")
     obj = make(scenes.relief())
     attribute = obj.data.attributes.new("mine", kind, "POINT")
     attributes.write(attribute, values_for(attributes, kind, 600))
@@ -109,7 +109,7 @@ def test_of_points(module, kind, make):
 
 
 def test_names_that_other_domains_and_types_use_are_replaced(module):
-    attributes = module("attributes")
+    attributes = module("geometry.attributes")
     mesh = scenes.torus().data
     mesh.attributes.new("saliency", "INT", "FACE")
     layer = attributes.Layer("saliency", "FLOAT", "POINT", np.ones(800))
