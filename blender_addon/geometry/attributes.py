@@ -55,7 +55,7 @@ class Layer(NamedTuple):
     domain: str
     values: NDArray[Any] | list[bytes]
 
-    def take(self, elements: NDArray[np.integer]) -> Layer:
+    def take(self, elements: NDArray[np.integer[Any]]) -> Layer:
         """Return the layer with the values of these elements; -1 stands for none, a zero."""
         if isinstance(self.values, list):
             chosen = [self.values[k] if k >= 0 else b"" for k in elements.tolist()]

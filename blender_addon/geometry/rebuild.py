@@ -57,7 +57,7 @@ def _shrink_mesh(mesh: Any, result: Reduced, matrix: Any, weighted: bool) -> Non
         mesh.corner_normals.foreach_get("vector", normals.ravel())
         normals = normals[shape.corners]
         skip = {"custom_normal"}
-    sources = {
+    sources: dict[str, NDArray[Any]] = {
         "POINT": result.indices,
         "EDGE": shape.edge_source,
         "FACE": shape.polygons,
@@ -112,7 +112,7 @@ def _build(mesh: Any, shape: Topology, points: NDArray[np.float32]) -> None:
             attributes.write(mesh.attributes[name], values)
 
 
-def _keep_vertices(mesh: Any, indices: NDArray[np.integer]) -> None:
+def _keep_vertices(mesh: Any, indices: NDArray[np.integer[Any]]) -> None:
     """Delete all but some vertices; weights and shape keys go along, which only bmesh can carry."""
     work = bmesh.new()
     try:

@@ -53,6 +53,7 @@ class ShowAttribute(ModalOperator):
     """An operator that stores something about every point and shows it."""
 
     shown: Shown
+    alpha: float
 
     def find(self, context: Any) -> list[Source]:
         """Return the selected objects' own geometries."""

@@ -23,7 +23,7 @@ ADDON = Path(__file__).parents[1]
 
 def _command() -> list[str]:
     """Return what starts the child: Blender's own Python, and where to find what it needs."""
-    folders = (str(Path(module.__file__).parents[1]) for module in (np, scipy))
+    folders = (str(Path(str(module.__file__)).parents[1]) for module in (np, scipy))
     child = ADDON / "worker" / "child.py"
     python = (sys.executable, *bpy.app.python_args)
     return [*python, str(child), str(ADDON), os.pathsep.join(dict.fromkeys(folders))]

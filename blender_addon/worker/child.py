@@ -14,6 +14,7 @@ import traceback
 import types
 from importlib import import_module
 from multiprocessing.connection import Listener
+from typing import Any
 
 KEY_BYTES = 32
 SECONDS_BETWEEN = 0.05
@@ -33,7 +34,7 @@ def import_addon(folder: str) -> None:
     sys.modules["addon"] = package
 
 
-def serve(connection, wire, requests) -> None:
+def serve(connection: Any, wire: Any, requests: Any) -> None:
     """Answer requests until the other end closes the connection."""
     while True:
         kind, *arguments = wire.receive(connection)
@@ -42,16 +43,17 @@ def serve(connection, wire, requests) -> None:
         # A "cancel" that comes here came too late.
 
 
-def answer(connection, wire, requests, request):
+def answer(connection: Any, wire: Any, requests: Any, request: dict[str, Any]) -> list[Any]:
     """Run one request, tell its progress, and return its last message."""
-    last = ["", 0.0]
+    told, at = "", 0.0
 
     def progress(stage: str, share: float) -> bool:
+        nonlocal told, at
         if connection.poll() and wire.receive(connection)[0] == "cancel":
             return False
         now = time.monotonic()
-        if stage != last[0] or now - last[1] >= SECONDS_BETWEEN:
-            last[:] = stage, now
+        if stage != told or now - at >= SECONDS_BETWEEN:
+            told, at = stage, now
             wire.send(connection, ["progress", stage, share])
         return True
 

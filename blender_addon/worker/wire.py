@@ -58,7 +58,7 @@ def _restore(connection: Any, value: Any) -> Any:
         return value
     if ARRAY not in value:
         return {key: _restore(connection, item) for key, item in value.items()}
-    array = np.empty(value["shape"], dtype=value[ARRAY])
+    array: Any = np.empty(value["shape"], dtype=value[ARRAY])
     if array.size:
         view = memoryview(array).cast("B")
         for start in range(0, len(view), PIECE):
