@@ -94,6 +94,7 @@ class VIEW3D_PT_salient_more(_Panel, bpy.types.Panel):
 
     def draw(self, context: Any) -> None:
         """Draw the other operators."""
+        self.layout.enabled = not context.window_manager.salient_simplify.stage
         column = self.layout.column(align=True)
         for kind in show.CLASSES:
             column.operator(kind.bl_idname, text=_short(kind))
@@ -138,6 +139,7 @@ class VIEW3D_PT_salient_advanced(_Panel, bpy.types.Panel):
     def draw(self, context: Any) -> None:
         """Draw the parameters, grouped."""
         layout, settings = self.layout, context.scene.salient_simplify
+        layout.enabled = not context.window_manager.salient_simplify.stage
         layout.use_property_split = True
         layout.use_property_decorate = False
         for group in properties.GROUPS:

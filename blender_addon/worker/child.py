@@ -17,6 +17,8 @@ from multiprocessing.connection import Listener
 from typing import Any
 
 KEY_BYTES = 32
+NICENESS = 5
+"""Blender's window goes first where there are few processors."""
 SECONDS_BETWEEN = 0.05
 """Between two progress messages of one stage."""
 
@@ -73,6 +75,8 @@ def answer(connection: Any, wire: Any, requests: Any, request: dict[str, Any]) -
 
 def main(addon: str, folders: str, address: str) -> None:
     """Import what takes long, listen, and serve the one who connects."""
+    if hasattr(os, "nice"):
+        os.nice(NICENESS)
     key = sys.stdin.buffer.read(KEY_BYTES)
     threading.Thread(target=end_with_parent, daemon=True).start()
     sys.path += folders.split(os.pathsep)

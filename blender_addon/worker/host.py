@@ -28,6 +28,11 @@ START_SECONDS = 10.0
 STOP_SECONDS = 2.0
 """Time a child has to stop after `cancel`, before it is killed."""
 
+# On Windows no console may open, and Blender's window goes first.
+_WINDOWS_FLAGS = getattr(subprocess, "CREATE_NO_WINDOW", 0) | getattr(
+    subprocess, "BELOW_NORMAL_PRIORITY_CLASS", 0
+)
+
 OFF, STARTING, IDLE, BUSY, STOPPING, UNAVAILABLE = (
     "off", "starting", "idle", "busy", "stopping", "unavailable",
 )  # fmt: skip
@@ -79,10 +84,9 @@ class Host:
                 [*self._command, self._address],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.DEVNULL,
-                # A key typed into Blender's console must not end the child, and on Windows no
-                # console may open.
+                # A key typed into Blender's console must not end the child.
                 start_new_session=os.name == "posix",
-                creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),
+                creationflags=_WINDOWS_FLAGS,
             )
             assert self._process.stdin is not None
             self._process.stdin.write(self._key)
