@@ -113,11 +113,10 @@ class ModalOperator:
             self._begin(context, work.host)
             if not self._task.in_process:
                 self._task.advance()
-        except (SalcoreError, MemoryError) as error:
+        except BaseException as error:
             self._release()
-            return self._fail(context, error)
-        except BaseException:
-            self._release()
+            if isinstance(error, (SalcoreError, MemoryError)):
+                return self._fail(context, error)
             raise
         self._timer = manager.event_timer_add(TICK, window=context.window)
         manager.modal_handler_add(self)
@@ -134,14 +133,14 @@ class ModalOperator:
             if not self._step(context, wait=False):
                 self._show(context, self._task.stage, self._task.fraction)
                 return {"RUNNING_MODAL"}
-        except (SalcoreError, MemoryError) as error:
+        except BaseException as error:
             self._end(context)
-            return self._fail(context, error)
-        except BaseException:
-            self._end(context)
+            if isinstance(error, (SalcoreError, MemoryError)):
+                return self._fail(context, error)
             raise
         self._end(context)
         self.conclude(context)
+        self._tell_why_it_waited()
         return {"FINISHED"}
 
     def cancel(self, context: Any) -> None:
@@ -201,18 +200,22 @@ class ModalOperator:
         return {"CANCELLED"}
 
     def _advance(self, context: Any) -> bool:
-        """Go on with the task; where this process has to do it, say so once and show it."""
+        """Go on with the task; where this process has to do it, show that its window waits."""
         if not self._task.in_process:
             return self._task.advance()
-        if work.host.reason not in _told:
-            _told.add(work.host.reason)
-            text = "Blender waits for this work, as no worker process could be started"
-            self.report({"WARNING"}, f"{text}: {work.host.reason}")
         context.window.cursor_modal_set("WAIT")
         try:
             return self._task.advance()
         finally:
             context.window.cursor_modal_restore()
+
+    def _tell_why_it_waited(self) -> None:
+        """Say once for each reason why the work was done in this process."""
+        reason = work.host.reason
+        if reason and reason not in _told:
+            _told.add(reason)
+            text = "Blender waited for this work, as no worker process could be started"
+            self.report({"WARNING"}, f"{text}: {reason}")
 
     def _show(self, context: Any, stage: str, fraction: float) -> None:
         """Tell how far the work is, if that has changed by a per cent."""

@@ -25,8 +25,8 @@ from . import wire
 
 START_SECONDS = 10.0
 """Time a child has to start; one without numpy in the disk's cache needs two or three."""
-STOP_SECONDS = 2.0
-"""Time a child has to stop after `cancel`, before it is killed."""
+STOP_SECONDS = 5.0
+"""Time a child has to stop after `cancel`, before it is killed and its analyses are lost."""
 
 # On Windows no console may open, and Blender's window goes first.
 _WINDOWS_FLAGS = getattr(subprocess, "CREATE_NO_WINDOW", 0) | getattr(

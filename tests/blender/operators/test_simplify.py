@@ -144,17 +144,17 @@ def test_several_objects_at_once():
 
 def test_shared_data_stay_shared():
     obj = scenes.torus()
-    twin = obj.copy()
-    bpy.context.scene.collection.objects.link(twin)
-    twin.location.x = 5
-    scenes.select(obj, twin)
+    other = obj.copy()
+    bpy.context.scene.collection.objects.link(other)
+    other.location.x = 5
+    scenes.select(obj, other)
     made = simplify(ratio=0.5)
     assert len(made) == 2
     assert made[0].data == made[1].data
-    assert {tuple(o.location) for o in made} == {tuple(obj.location), tuple(twin.location)}
+    assert {tuple(o.location) for o in made} == {tuple(obj.location), tuple(other.location)}
     bpy.ops.object.salient_simplify(ratio=0.5, output="IN_PLACE")
-    assert obj.data == twin.data
-    assert count(twin) == 400
+    assert obj.data == other.data
+    assert count(other) == 400
 
 
 def test_data_linked_from_another_file(tmp_path):
@@ -318,11 +318,11 @@ def test_a_cloud_in_place_keeps_its_name_materials_and_properties():
     obj = scenes.cloud(scenes.relief())
     obj.data.name, obj.data["mine"] = "scan", 3
     obj.data.materials.append(bpy.data.materials.new("dust"))
-    twin = obj.copy()
-    bpy.context.scene.collection.objects.link(twin)
+    other = obj.copy()
+    bpy.context.scene.collection.objects.link(other)
     bpy.ops.object.salient_simplify(ratio=0.25, output="IN_PLACE")
     assert count(obj) == 150
-    assert twin.data == obj.data
+    assert other.data == obj.data
     assert obj.data.name == "scan"
     assert obj.data["mine"] == 3
     assert [material.name for material in obj.data.materials] == ["dust"]
