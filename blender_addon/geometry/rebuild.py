@@ -7,15 +7,13 @@ because the data-block itself stays: callers who want the original, too, hand ov
 
 from __future__ import annotations
 
-from itertools import compress
 from typing import Any
 
-import bmesh
 import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from . import attributes, read
+from . import attributes, read, vertices
 from .attributes import Layer
 from .topology import Reduced, Topology
 
@@ -69,7 +67,7 @@ def _shrink_mesh(mesh: Any, result: Reduced, matrix: Any, weighted: bool) -> Non
     old = read.positions(mesh)[result.indices]
     new = _moved(result, matrix, old)
     if weighted or mesh.shape_keys:
-        _keep_vertices(mesh, result.indices)
+        vertices.keep(mesh, result.indices)
         _move_shape_keys(mesh, new - old)
     else:
         mesh.clear_geometry()
@@ -110,20 +108,6 @@ def _build(mesh: Any, shape: Topology, points: NDArray[np.float32]) -> None:
     ):
         if len(values):
             attributes.write(mesh.attributes[name], values)
-
-
-def _keep_vertices(mesh: Any, indices: NDArray[np.integer[Any]]) -> None:
-    """Delete all but some vertices; weights and shape keys go along, which only bmesh can carry."""
-    work = bmesh.new()
-    try:
-        work.from_mesh(mesh, face_normals=False, vertex_normals=False)
-        bmesh.ops.delete(work, geom=work.edges[:], context="EDGES_FACES")
-        gone = np.ones(len(work.verts), dtype=bool)
-        gone[indices] = False
-        bmesh.ops.delete(work, geom=list(compress(work.verts, gone.tolist())), context="VERTS")
-        work.to_mesh(mesh)
-    finally:
-        work.free()
 
 
 def _move_shape_keys(mesh: Any, offsets: NDArray[np.float32]) -> None:

@@ -142,6 +142,33 @@ def test_vertex_groups():
         for element in vertex.groups
     }
     assert seen == {key: value for key, value in weights.items() if key[1] in set(place)}
+    assert len(obj.data.vertices) == 800
+    assert not bpy.data.node_groups
+    assert "salient_removed" not in result.data.attributes
+
+
+@pytest.mark.parametrize("output", ["NEW", "IN_PLACE"])
+def test_vertex_groups_of_hidden_and_mirrored_objects(output):
+    """Weights are carried by a node of an object of its own: the object's state must not matter."""
+    obj = scenes.torus()
+    obj.vertex_groups.new(name="a").add(list(range(0, 800, 2)), 0.5, "REPLACE")
+    obj.modifiers.new("mirror", "MIRROR")
+    obj.hide_render = True
+    obj.scale = (0.0, 1.0, 1.0)
+    other = scenes.torus()
+    scenes.select(obj)
+    before = scenes.positions(obj).copy()
+    if output == "NEW":
+        result = simplified(ratio=0.3)
+    else:
+        bpy.ops.object.salient_simplify(ratio=0.3, output=output)
+        result = obj
+    place = {tuple(row): k for k, row in enumerate(before.tolist())}
+    weighted = [bool(len(vertex.groups)) for vertex in result.data.vertices]
+    expected = [place[tuple(row)] % 2 == 0 for row in scenes.positions(result).tolist()]
+    assert weighted == expected
+    assert len(weighted) == 240
+    assert len(other.data.vertices) == 800
 
 
 @pytest.mark.parametrize("output", ["NEW", "IN_PLACE"])
