@@ -134,6 +134,19 @@ def test_the_panels_draw_what_there_is(module):
     assert set(menu) - {"object.salient_simplify"} <= set(more)
 
 
+def test_all_buttons_are_grey_while_work_goes_on(module):
+    scenes.torus()
+    operators = [kind.bl_idname.split(".") for kind in module("ui.panel").OPERATORS]
+    calls = [getattr(getattr(bpy.ops, place), name) for place, name in operators]
+    ready = [call.poll() for call in calls]
+    assert ready.count(False) == 1  # measuring wants two objects
+    figures = bpy.context.window_manager.salient_simplify
+    figures.stage = "Graph"
+    assert not any(call.poll() for call in calls)
+    figures.stage = ""
+    assert [call.poll() for call in calls] == ready
+
+
 def test_the_extension_can_be_taken_off_and_put_on_again(extension):
     name = extension.__name__
     bpy.ops.preferences.addon_disable(module=name)

@@ -174,8 +174,7 @@ def test_a_child_killed_while_idle_is_replaced(work, request_of):
     task_of(work, request).finish()
     first = work.host.pid
     os.kill(first, signal.SIGKILL)
-    while children():
-        time.sleep(0.01)
+    work.host._process.wait()  # until its last thread has ended
     (answer,) = task_of(work, request).finish()
     assert len(answer["levels"][0]["indices"]) == 160
     assert work.host.pid != first
