@@ -8,16 +8,19 @@ from typing import Any
 import bpy
 from bpy.app.handlers import persistent
 
-from . import analyses, command, live, measure, panel, properties, show, simplify
+from . import command
+from .operators import levels, live, measure, show, simplify, work
+from .settings import properties
+from .ui import panel
 
-_MODULES = (properties, simplify, show, live, measure, panel)
+_MODULES = (properties, simplify, levels, show, live, measure, panel)
 _commands: list[Any] = []
 
 
 @persistent
 def _forget(*_: Any) -> None:
-    """Let go of the analyses of a file that is closed."""
-    analyses.clear()
+    """Let go of the analyses of a file that is closed, and of the process that holds them."""
+    work.stop()
 
 
 def register() -> None:
@@ -41,4 +44,4 @@ def unregister() -> None:
     for module in reversed(_MODULES):
         for kind in reversed(module.CLASSES):
             bpy.utils.unregister_class(kind)
-    analyses.clear()
+    work.stop()

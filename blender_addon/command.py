@@ -11,10 +11,12 @@ from typing import Any
 
 import bpy
 
-from . import properties, results, sources
-from .bridge import HostError
-from .jobs import Job
-from .salcore import PRESETS, TARGETS, Parameter, Parameters, SalcoreError, Simplification
+from .geometry import results, sources
+from .geometry.read import HostError
+from .geometry.topology import Reduced
+from .salcore import PRESETS, TARGETS, Parameter, Parameters, SalcoreError
+from .settings import properties
+from .worker import requests
 
 NAME = "salient_simplify"
 MISTAKE = 2
@@ -113,13 +115,25 @@ def _simplify(options: argparse.Namespace) -> str:
     found = [sources.Source([obj], obj.data) for obj in sources.eligible(bpy.data.objects)]
     if not found:
         raise HostError(f"input={options.input}: holds no mesh and no point cloud")
-    done = Job(
-        sources.each(found, lambda source: sources.simplification_steps(source, parameters, target))
-    ).finish()
-    for source, result in done:
+    before, after = sum(source.count for source in found), 0
+    answers = []
+    for k, source in enumerate(found):
+        request = {
+            "task": "simplify",
+            "parameters": parameters.as_dict(),
+            "targets": [target],
+            "measurable": k,
+            **sources.geometry_with_mesh(source, "", True),
+        }
+        answers.append(requests.run(request))
+    for source, answer in zip(found, answers, strict=True):
+        result = Reduced.from_dict(answer["levels"][0])
+        after += len(result.indices)
         results.replace(source, result)
+    errors = requests.run({"task": "measure"})
     _write_whole(options.output, write, write_options)
-    return _figures(done)
+    largest = max(error["max"] for error in errors)
+    return f"{after} of {before} points, largest error {largest:.4g}"
 
 
 def _format(path: Path, known: dict[str, Any], name: str) -> tuple[Any, dict[str, Any]]:
@@ -142,10 +156,3 @@ def _write_whole(path: Path, write: Any, options: dict[str, Any]) -> None:
             raise HostError(f"output={path}: Blender wrote nothing; see its messages above")
         for file in sorted(Path(folder).iterdir(), key=lambda file: file == part):
             os.replace(file, path.absolute().parent / file.name)
-
-
-def _figures(done: list[tuple[sources.Source, Simplification]]) -> str:
-    before = sum(len(result.source) for _, result in done)
-    after = sum(len(result.indices) for _, result in done)
-    largest = max(result.report.errors.surface.max for _, result in done)
-    return f"{after} of {before} points, largest error {largest:.4g}"

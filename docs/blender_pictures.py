@@ -13,9 +13,9 @@ from pathlib import Path
 from typing import Any
 
 ROOT = Path(__file__).parents[1]
-sys.path.insert(0, str(ROOT / "benchmarks"))
+sys.path.insert(0, str(ROOT / "benchmarks" / "speed"))
 
-from blender import enable  # noqa: E402
+from worker import enable  # noqa: E402
 
 WIDTH, HEIGHT, SAMPLES = 1800, 520, 96
 SPACING = 2.75

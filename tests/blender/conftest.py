@@ -38,7 +38,9 @@ if HAS_BPY:
     _USER = tempfile.TemporaryDirectory(prefix="salient-blender-")
     os.environ["BLENDER_USER_RESOURCES"] = _USER.name  # before bpy is imported
 
-    _spec = importlib.util.spec_from_file_location("package", ROOT / "blender_addon" / "package.py")
+    _spec = importlib.util.spec_from_file_location(
+        "package", ROOT / "blender_addon" / "packaging" / "package.py"
+    )
     _package = importlib.util.module_from_spec(_spec)
     _spec.loader.exec_module(_package)
     _package.stage(Path(_USER.name) / "extensions" / "user_default" / "salient_simplify")

@@ -70,7 +70,7 @@ def fingerprint(extension):
     """Return a digest of all data, selection, active object and mode."""
     from importlib import import_module
 
-    attributes = import_module(extension.__name__ + ".attributes")
+    attributes = import_module(extension.__name__ + ".geometry.attributes")
     digest = hashlib.sha256()
 
     def say(*words):

@@ -5,6 +5,7 @@ Run by test_extension.py in an environment of its own, with the zip as the only 
 BLENDER_USER_RESOURCES set to an empty folder.
 """
 
+import importlib
 import importlib.util
 import os
 import sys
@@ -62,11 +63,30 @@ assert MODULE in bpy.context.preferences.addons
 assert INSTALLED.is_dir()
 
 check_mesh_and_cloud()
+
+
+def check_the_worker():
+    """Have the child, which knows Blender's own modules alone, find salcore and scipy, too."""
+    work = importlib.import_module(MODULE + ".operators.work")
+    work.host.start()
+    while work.host.state == "starting":
+        work.host.poll()
+        work.host.wait(0.1)
+    assert work.host.state == "idle", work.host.reason
+    process, number = work.host._process, work.host.pid
+    torus = next(item for item in bpy.data.objects if item.name == "Torus")
+    assert simplified(torus)[1:] == (800, 200)
+    assert (work.host.state, work.host.pid) == ("idle", number)
+    return process
+
+
+process = check_the_worker()
 scipy = Path(sys.modules["scipy"].__file__).resolve()
 assert scipy.is_relative_to(USER.resolve()), scipy
 
 bpy.ops.preferences.addon_disable(module=MODULE)
 assert MODULE not in bpy.context.preferences.addons
+assert process.poll() is not None, "the worker is still there"
 modules = [repository.module for repository in bpy.context.preferences.extensions.repos]
 bpy.ops.extensions.package_uninstall(
     repo_index=modules.index("user_default"), pkg_id="salient_simplify"

@@ -24,8 +24,9 @@ from packaging.requirements import Requirement
 import salcore
 
 ROOT = Path(__file__).parents[2]
-SCRIPT = ROOT / "blender_addon" / "package.py"
-MANIFEST = tomllib.loads((SCRIPT.parent / "blender_manifest.toml").read_text(encoding="utf-8"))
+ADDON = ROOT / "blender_addon"
+SCRIPT = ADDON / "packaging" / "package.py"
+MANIFEST = tomllib.loads((ADDON / "blender_manifest.toml").read_text(encoding="utf-8"))
 
 spec = importlib.util.spec_from_file_location("package", SCRIPT)
 package = importlib.util.module_from_spec(spec)
@@ -144,12 +145,11 @@ def test_staging_without_wheels(tmp_path):
 def test_the_zip_holds_what_it_should_and_no_more(built, wheels):
     assert built.stat().st_size <= 80e6
     expected = {
-        **files(SCRIPT.parent),
+        **{name: data for name, data in files(ADDON).items() if not name.startswith("packaging/")},
         **{f"salcore/{name}": data for name, data in files(ROOT / "salcore").items()},
         **{f"wheels/{name}": data for name, data in files(wheels).items()},
         "LICENSE": (ROOT / "LICENSE").read_bytes(),
     }
-    del expected["package.py"]
     with zipfile.ZipFile(built) as archive:
         held = {name: archive.read(name) for name in archive.namelist()}
     assert sorted(held) == sorted(expected)

@@ -1,0 +1,207 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How long Blender's window waits while the worker simplifies, and how soon it can be cancelled.
+
+    python benchmarks/speed/worker.py [--models FOLDER] [--ratio 0.1] [--textured]
+
+Needs bpy. Drives the add-on as its modal operator does, by a tick every 0.1 s, on the Dragon as a
+mesh and as loose points and on a LiDAR scan of a million points; what is missing is named. Times
+are wall-clock seconds of Blender's own thread, CPU seconds of it in brackets: on a busy machine
+the first tell less.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import importlib.util
+import os
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+ROOT = Path(__file__).parents[2]
+NAME = "bl_ext.user_default.salient_simplify"
+TICK = 0.1
+ROWS = [("dragon_vrip.ply", True), ("dragon_vrip.ply", False), ("autzen_crop_1M.ply", False)]
+
+
+def enable(folder: str) -> Callable[[str], Any]:
+    """Lay the extension into a user folder, enable it, and return a function that finds modules."""
+    os.environ["BLENDER_USER_RESOURCES"] = folder  # before bpy is imported
+    script = ROOT / "blender_addon" / "packaging" / "package.py"
+    spec = importlib.util.spec_from_file_location("package", script)
+    assert spec is not None
+    assert spec.loader is not None
+    package = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(package)
+    package.stage(Path(folder) / "extensions" / "user_default" / "salient_simplify")
+    import bpy
+
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.preferences.addon_enable(module=NAME)
+    return lambda name: importlib.import_module(f"{NAME}.{name}")
+
+
+def load(path: Path, faces: bool, textured: bool) -> Any:
+    """Import a file into an empty scene; without faces, as loose points."""
+    import bpy
+
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.preferences.addon_enable(module=NAME)
+    bpy.ops.wm.ply_import(filepath=str(path))
+    obj = bpy.context.active_object
+    if not faces and len(obj.data.polygons):
+        points = np.empty(3 * len(obj.data.vertices), dtype=np.float32)
+        obj.data.attributes["position"].data.foreach_get("vector", points)
+        obj.data.clear_geometry()
+        obj.data.vertices.add(len(points) // 3)
+        obj.data.attributes["position"].data.foreach_set("vector", points)
+    if faces and textured:
+        # Charts of a grid of boxes over x and y: about as many seams as a scan's texture has.
+        position = np.empty(3 * len(obj.data.vertices), dtype=np.float32)
+        obj.data.attributes["position"].data.foreach_get("vector", position)
+        vertex = np.empty(len(obj.data.loops), dtype=np.int32)
+        obj.data.attributes[".corner_vert"].data.foreach_get("value", vertex)
+        uv = position.reshape(-1, 3)[vertex][:, :2].copy()
+        box = np.floor(uv.reshape(-1, 3, 2).mean(axis=1) / np.ptp(uv, axis=0) * 8)
+        uv += np.repeat(box, 3, axis=0)
+        obj.data.uv_layers.new(name="UVMap").uv.foreach_set("vector", uv.ravel())
+    obj.select_set(True)
+    bpy.context.view_layer.objects.active = obj
+    return obj
+
+
+class Clock:
+    """Wall-clock and CPU seconds of this thread."""
+
+    def __init__(self) -> None:
+        self.begun = time.perf_counter(), time.thread_time()
+
+    def __str__(self) -> str:
+        wall, cpu = self.begun
+        return f"{time.perf_counter() - wall:.3f} s ({time.thread_time() - cpu:.3f})"
+
+
+def run(work: Any, request: dict[str, Any], until: str | None = None) -> tuple[Any, list[Any]]:
+    """Run a request by ticks, to its end or to a stage; return the task and the ticks' times.
+
+    The times are tuples: wall-clock and CPU seconds, stage, and whether the answer came.
+    """
+    task = work.Task([lambda: request], work.host)
+    ticks: list[Any] = []
+    done = task.advance()
+    while not done and (until is None or task.stage != until):
+        time.sleep(TICK if until is None else 0.005)
+        wall, cpu = time.perf_counter(), time.thread_time()
+        done = task.advance()
+        spent = time.perf_counter() - wall, time.thread_time() - cpu
+        ticks.append((*spent, task.stage, done))
+    return task, ticks
+
+
+def measure(module: Callable[[str], Any], obj: Any, ratio: float) -> None:
+    """Print the figures of one object."""
+    import bpy
+
+    work, sources = module("operators.work"), module("geometry.sources")
+    results, topology = module("geometry.results"), module("geometry.topology")
+    parameters = module("salcore").Parameters(error_unit="length").as_dict()
+    clock = Clock()
+    work.host.start()
+    while work.host.state != "idle":
+        work.host.poll()
+        time.sleep(0.01)
+    print(f"  child started and connected: {clock}")
+
+    def request_of(ratio: float) -> dict[str, Any]:
+        source = sources.originals(bpy.context)[0]
+        words = {"task": "simplify", "parameters": parameters, "targets": [{"ratio": ratio}]}
+        return words | {"measurable": 0, **sources.geometry_with_mesh(source, "", True)}
+
+    clock = Clock()
+    request = request_of(ratio)
+    print(f"  reading: {clock}")
+    task = work.Task([lambda: request], work.host)
+    clock = Clock()
+    task.advance()
+    print(f"  sending: {clock}")
+    ticks = []
+    stages = []
+    while not task.done:
+        time.sleep(TICK)
+        wall, cpu = time.perf_counter(), time.thread_time()
+        done = task.advance()
+        ticks.append((time.perf_counter() - wall, time.thread_time() - cpu, done))
+        if task.stage not in stages:
+            stages.append(task.stage)
+    quiet = [tick for tick in ticks if not tick[2]]
+    longest = max(quiet)
+    print(f"  {len(quiet)} ticks while the child works, longest {longest[0]:.4f} s", end="")
+    print(f" ({max(tick[1] for tick in quiet):.4f})")
+    print(f"  receiving: {ticks[-1][0]:.3f} s ({ticks[-1][1]:.3f})")
+    source = sources.originals(bpy.context)[0]
+    clock = Clock()
+    answer = topology.Reduced.from_dict(task.results[0]["levels"][0])
+    made = results.add(source, answer, "_new")
+    print(f"  building the object, {len(answer.indices):,} points: {clock}")
+    assert len(made[0].data.vertices) == len(answer.indices)
+
+    task, ticks = run(work, {"task": "measure"})
+    quiet = [tick for tick in ticks if not tick[3]]
+    if quiet:
+        longest = max(quiet)
+        print(
+            f"  {len(quiet)} ticks while it measures, longest {longest[0]:.4f} s ({longest[1]:.4f})"
+        )
+
+    for other in (2.0 * ratio, 0.5 * ratio):
+        clock = Clock()
+        task, _ = run(work, request_of(other))
+        answer = topology.Reduced.from_dict(task.results[0]["levels"][0])
+        results.add(source, answer, "_second")
+        print(f"  another ratio, {other:g}, from the press to the object: {clock}")
+
+    for k, stage in enumerate(stages):
+        changed = request | {"points": request["points"] * (1.5 + k)}
+        task, _ = run(work, changed, until=stage)
+        clock = Clock()
+        task.cancel()
+        answered = str(clock)
+        pid = work.host.pid
+        while work.host.state == "stopping":
+            work.host.poll()
+            time.sleep(0.002)
+        ready = "ready" if work.host.pid == pid else "killed"
+        print(f"  Esc in {stage!r}: answered {answered}, child {ready} after {clock}")
+    work.stop()
+
+
+def main() -> None:
+    """Print all figures."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--models", type=Path, default=Path(os.environ.get("SALIENT_MODELS", ".")))
+    parser.add_argument("--ratio", type=float, default=0.1)
+    parser.add_argument("--textured", action="store_true", help="give meshes a UV map")
+    options = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        module = enable(folder)
+        for name, faces in ROWS:
+            path = options.models / name
+            if not path.is_file():
+                print(f"missing: {path}", file=sys.stderr)
+                continue
+            obj = load(path, faces, options.textured)
+            count = len(obj.data.vertices)
+            print(f"{path.stem}, {'mesh' if faces else 'points'}: {count:,} points", flush=True)
+            measure(module, obj, options.ratio)
+        sys.stdout.flush()
+    os._exit(0)  # bpy's own end now and then waits for ever for one of its threads
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,161 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Geometry of an object as arrays; nothing is decided here.
+
+Points are in world space: lengths, normals and errors are those that a user sees in the scene,
+whatever the object's scale.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ..salcore import SalcoreError
+from . import attributes
+from .topology import MeshArrays
+
+Floats = NDArray[np.float64]
+
+
+class HostError(SalcoreError):
+    """Something in the scene that stands in the way; the message says what and the remedy."""
+
+
+class Arrays(NamedTuple):
+    """What salcore wants of an object."""
+
+    points: Floats
+    faces: NDArray[np.int32] | None
+    normals: Floats | None
+
+
+def is_mesh(data: Any) -> bool:
+    """Return whether this is a mesh, with or without faces."""
+    return isinstance(data, bpy.types.Mesh)
+
+
+def positions(data: Any) -> NDArray[np.float32]:
+    """Return the coordinates (n, 3) of a mesh or point cloud, in its own space."""
+    return attributes.topology(data, "position")
+
+
+def arrays(data: Any, matrix: Any) -> Arrays:
+    """Return points, triangles and normals of a mesh or point cloud, taken through a matrix.
+
+    Parameters
+    ----------
+    data : bpy.types.Mesh or bpy.types.PointCloud
+    matrix : (4, 4) matrix
+        From its space to the world.
+
+    Returns
+    -------
+    Arrays
+        A cloud's normals come from its attribute "normal"; a mesh's follow from its faces.
+    """
+    linear = np.array(matrix)[:3, :3]
+    points = _transform(positions(data), linear) + np.array(matrix)[:3, 3]
+    if is_mesh(data) and len(data.polygons):
+        return Arrays(points, triangles(data)[0], None)
+    attribute = data.attributes.get("normal")
+    if attribute is None or (attribute.data_type, attribute.domain) != ("FLOAT_VECTOR", "POINT"):
+        return Arrays(points, None, None)
+    # Normals go with the transposed inverse, here without the division by the determinant.
+    across = np.cross(np.roll(linear, -1, axis=0), np.roll(linear, -2, axis=0))
+    return Arrays(points, None, _transform(np.asarray(attributes.read(attribute)), across))
+
+
+def _transform(vectors: NDArray[np.float32], linear: Floats) -> Floats:
+    """Return float64 vectors (n, 3), multiplied by a (3, 3) matrix unless that changes nothing."""
+    wide = vectors.astype(np.float64)
+    return wide if np.array_equal(linear, np.eye(3)) else wide @ linear.T
+
+
+def triangles(mesh: Any) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.int32]]:
+    """Return the triangles of a mesh: their vertices (t, 3), corners (t, 3) and polygons (t,)."""
+    vertex = attributes.topology(mesh, ".corner_vert")
+    if len(vertex) == 3 * len(mesh.polygons):  # all are triangles
+        corners = np.arange(len(vertex), dtype=np.int32).reshape(-1, 3)
+        return vertex.reshape(-1, 3), corners, np.arange(len(corners), dtype=np.int32)
+    mesh.calc_loop_triangles()
+    corners = np.empty((len(mesh.loop_triangles), 3), dtype=np.int32)
+    mesh.loop_triangles.foreach_get("loops", corners.ravel())
+    polygons = np.empty(len(corners), dtype=np.int32)
+    mesh.loop_triangle_polygons.foreach_get("value", polygons)
+    return vertex[corners], corners, polygons
+
+
+def mesh_arrays(mesh: Any) -> MeshArrays:
+    """Return polygons, corners and edges of a mesh, and which of them carry something."""
+    first = np.empty(len(mesh.polygons), dtype=np.int32)
+    mesh.polygons.foreach_get("loop_start", first)
+    edges = attributes.topology(mesh, ".edge_verts")
+    loose = np.ones(len(edges), dtype=bool)
+    loose[attributes.topology(mesh, ".corner_edge")] = False
+    all_triangles = len(mesh.loops) == 3 * len(mesh.polygons)
+    _, corners, polygons = (None,) * 3 if all_triangles else triangles(mesh)
+    maps = list(mesh.uv_layers)
+    active = mesh.uv_layers.active
+    marked = mesh.attributes.get("uv_seam")
+    material = mesh.attributes.get("material_index")
+    return MeshArrays(
+        first=first,
+        vertices=attributes.topology(mesh, ".corner_vert"),
+        triangles=corners,
+        polygon_of=polygons,
+        loose_edges=edges[loose],
+        edges=edges if _carries(mesh, "EDGE") else None,
+        corner_values=_carries(mesh, "CORNER"),
+        uv_maps=[np.asarray(attributes.read(mesh.attributes[uv.name])) for uv in maps],
+        active_uv=-1 if active is None else [uv.name for uv in maps].index(active.name),
+        materials=None if material is None else np.asarray(attributes.read(material)),
+        marked_seams=None if marked is None else edges[np.asarray(attributes.read(marked))],
+    )
+
+
+def _carries(mesh: Any, domain: str) -> bool:
+    """Return whether elements of a domain have values that a new element has to get."""
+    return any(a.domain == domain and a.name not in attributes.TOPOLOGY for a in mesh.attributes)
+
+
+def weights(obj: Any, data: Any, name: str) -> NDArray[np.float64]:
+    """Return a value for every point from a vertex group, or a POINT attribute, of this name.
+
+    Parameters
+    ----------
+    obj : bpy.types.Object
+        Whose vertex groups are meant.
+    data : bpy.types.Mesh or bpy.types.PointCloud
+    name : str
+
+    Returns
+    -------
+    (n,) float64
+
+    Raises
+    ------
+    HostError
+        If there is neither.
+    """
+    group = obj.vertex_groups.get(name) if is_mesh(data) else None
+    if group is not None:
+        result = np.zeros(len(data.vertices))
+        for k, vertex in enumerate(data.vertices):  # Blender has no faster way to read weights
+            for element in vertex.groups:
+                if element.group == group.index:
+                    result[k] = element.weight
+        return result
+    attribute = data.attributes.get(name)
+    if attribute is None or attribute.domain != "POINT" or attribute.data_type not in WEIGHTS:
+        raise HostError(
+            f"{obj.name}: no vertex group and no boolean, integer or float attribute of points "
+            f"is called {name!r}; clear the field or choose another"
+        )
+    return np.asarray(attributes.read(attribute), dtype=np.float64)
+
+
+WEIGHTS = ("BOOLEAN", "FLOAT", "INT", "INT8")
+"""Attribute types that can protect points."""

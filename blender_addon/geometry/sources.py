@@ -1,0 +1,155 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The objects that an operator works on: which, and whose geometry."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from . import read
+from .read import HostError
+
+
+@dataclass
+class Source:
+    """One geometry, and the objects that show it.
+
+    Attributes
+    ----------
+    objects : list of bpy.types.Object
+        Lengths are measured in the space of the first.
+    data : bpy.types.Mesh or bpy.types.PointCloud
+    fresh : bool
+        Whether `data` is a copy made for this work, of what the modifiers made.
+    """
+
+    objects: list[Any]
+    data: Any
+    fresh: bool = False
+
+    @property
+    def object(self) -> Any:
+        """The object whose matrix counts."""
+        return self.objects[0]
+
+    @property
+    def count(self) -> int:
+        """Number of points."""
+        return len(self.data.vertices if read.is_mesh(self.data) else self.data.points)
+
+    @property
+    def weighted(self) -> bool:
+        """Whether vertices may carry weights."""
+        return read.is_mesh(self.data) and bool(self.object.vertex_groups)
+
+    def discard(self) -> None:
+        """Remove a copy that has not been used."""
+        if self.fresh and self.data.users == 0:
+            _collection(self.data).remove(self.data)
+
+    def require_editable(self) -> None:
+        """Raise `HostError` if the geometry must not be changed."""
+        for block in (self.object.data, self.object):
+            if block.library is not None or not block.is_editable:
+                origin = f" from {block.library.filepath}" if block.library else ""
+                raise HostError(
+                    f"{block.name}: is linked{origin} and cannot be changed; make it local, or "
+                    "let the result be a new object"
+                )
+
+
+def _collection(data: Any) -> Any:
+    return bpy.data.meshes if read.is_mesh(data) else bpy.data.pointclouds
+
+
+def eligible(objects: Iterable[Any]) -> Iterator[Any]:
+    """Yield the meshes and point clouds among objects."""
+    return (obj for obj in objects if obj.type in {"MESH", "POINTCLOUD"})
+
+
+def selected(context: Any, kind: str) -> list[Source]:
+    """Return the selected geometries: "ORIGINAL", or "EVALUATED" with modifiers applied."""
+    return evaluated(context) if kind == "EVALUATED" else originals(context)
+
+
+def originals(context: Any) -> list[Source]:
+    """Return the selected objects' own geometries, each once however many objects share it."""
+    sources: dict[Any, Source] = {}
+    for obj in _chosen(context):
+        sources.setdefault(obj.data, Source([], obj.data)).objects.append(obj)
+    return list(sources.values())
+
+
+def evaluated(context: Any) -> list[Source]:
+    """Return copies of what the modifiers make of each selected object."""
+    depsgraph = context.evaluated_depsgraph_get()
+    found: list[Source] = []
+    try:
+        for obj in _chosen(context):
+            data = _after_modifiers(obj, depsgraph)
+            found.append(Source([obj], data, True))
+    except HostError:
+        for source in found:
+            source.discard()
+        raise
+    return found
+
+
+def _chosen(context: Any) -> list[Any]:
+    """Return the selected meshes and clouds, the active one first."""
+    objects = list(eligible(context.selected_objects))
+    if not objects:
+        raise HostError("nothing to work on: select a mesh or a point cloud")
+    objects.sort(key=lambda obj: obj is not context.active_object)
+    return objects
+
+
+def _after_modifiers(obj: Any, depsgraph: Any) -> Any:
+    final = obj.evaluated_get(depsgraph)
+    parts = final.evaluated_geometry()  # to be kept until its parts have been copied
+    cloud, mesh = parts.pointcloud, parts.mesh
+    if cloud is not None and not (mesh is not None and len(mesh.vertices)):
+        return cloud.copy()
+    if mesh is None:
+        raise HostError(
+            f"{obj.name}: its modifiers leave no mesh and no point cloud; take the original "
+            "geometry, or change the modifiers"
+        )
+    copy = bpy.data.meshes.new_from_object(
+        final, preserve_all_data_layers=True, depsgraph=depsgraph
+    )
+    copy.name = obj.data.name
+    return copy
+
+
+def geometry(source: Source) -> dict[str, Any]:
+    """Return points, triangles and normals of a source in world space, for a request."""
+    found = read.arrays(source.data, source.object.matrix_world)
+    if not len(found.points):
+        raise HostError(f"{source.object.name}: has no points")
+    return found._asdict()
+
+
+def geometry_with_mesh(source: Source, protect: str, keep_seams: bool) -> dict[str, Any]:
+    """Return a source as `requests.simplify` wants it, with what has to stay."""
+    found = geometry(source)
+    del found["faces"]  # they follow from the mesh
+    mesh = read.mesh_arrays(source.data)._asdict() if read.is_mesh(source.data) else None
+    return found | {
+        "mesh": mesh,
+        "protect": protected(source, protect),
+        "keep_seams": keep_seams,
+    }
+
+
+def protected(source: Source, name: str) -> NDArray[np.bool_] | None:
+    """Return which points are never to go, or None without a name."""
+    if not name:
+        return None
+    result: NDArray[np.bool_] = read.weights(source.object, source.data, name) > 0.0
+    return result

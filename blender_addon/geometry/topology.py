@@ -1,0 +1,230 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Polygons, corners and edges of a simplified mesh, and which of the original each comes from.
+
+Triangles that a simplification leaves become polygons. A quad or n-gon that lost nothing comes
+back as it was; loose edges follow their ends. Arrays in, arrays out: the worker's process, which
+has no bpy, imports this module.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..salcore import Simplification, find_seams
+
+Ints = NDArray[np.int64]
+Ints32 = NDArray[np.int32]
+
+
+class MeshArrays(NamedTuple):
+    """What of a mesh of C corners, P polygons and E edges has to be known to simplify it.
+
+    Attributes
+    ----------
+    first : (P,) int32
+        First corner of each polygon.
+    vertices : (C,) int32
+        Vertex of each corner.
+    triangles : (t, 3) int32 or None
+        Corners of the triangles; None where all polygons are triangles.
+    polygon_of : (t,) int32 or None
+        Polygon of each triangle.
+    loose_edges : (e, 2) int32
+        Edges of no polygon.
+    edges : (E, 2) int32 or None
+        All edges; None where they carry no attribute.
+    corner_values : bool
+        Whether corners carry attributes.
+    uv_maps : list of (C, 2) float32
+    active_uv : int
+        Position in `uv_maps` of the one that tells corners of one vertex apart; -1 for none.
+    materials : (P,) int32 or None
+    marked_seams : (s, 2) int32 or None
+    """
+
+    first: Ints32
+    vertices: Ints32
+    triangles: Ints32 | None
+    polygon_of: Ints32 | None
+    loose_edges: Ints32
+    edges: Ints32 | None
+    corner_values: bool
+    uv_maps: list[NDArray[np.float32]]
+    active_uv: int
+    materials: Ints32 | None
+    marked_seams: Ints32 | None
+
+    @property
+    def sizes(self) -> Ints:
+        """(P,) corners of each polygon."""
+        return np.diff(np.append(self.first.astype(np.int64), len(self.vertices)))
+
+    @property
+    def corners(self) -> Ints32:
+        """(t, 3) corners of the triangles."""
+        if self.triangles is not None:
+            return self.triangles
+        return np.arange(len(self.vertices), dtype=np.int32).reshape(-1, 3)
+
+    @property
+    def faces(self) -> Ints32:
+        """(t, 3) vertices of the triangles."""
+        if self.triangles is not None:
+            return self.vertices[self.triangles]
+        return self.vertices.reshape(-1, 3)
+
+    @property
+    def polygons(self) -> Ints32:
+        """(t,) polygon of each triangle."""
+        if self.polygon_of is not None:
+            return self.polygon_of
+        return np.arange(len(self.vertices) // 3, dtype=np.int32)
+
+
+class Topology(NamedTuple):
+    """A mesh over M kept vertices, and the element of the original that each element comes from.
+
+    Attributes
+    ----------
+    starts : (P,) int32
+        First corner of each polygon.
+    polygons : (P,) int32
+        Original polygon.
+    vertices, corners : (C,) int32
+        Vertex of each corner, and its original corner.
+    edge_of : (C,) int32
+        Edge from each corner to the next.
+    edges : (E, 2) int32
+        Vertices of the edges.
+    edge_source : (E,) int32
+        Original edge; -1 where there is none.
+    """
+
+    starts: Ints32
+    polygons: Ints32
+    vertices: Ints32
+    corners: Ints32
+    edge_of: Ints32
+    edges: Ints32
+    edge_source: Ints32
+
+
+class Reduced(NamedTuple):
+    """What a simplification leaves of a mesh or point cloud.
+
+    Attributes
+    ----------
+    indices : (M,) int64
+        Kept points, ascending.
+    positions : (M, 3) float64 or None
+        Where they move to; None where they stay.
+    topology : Topology or None
+        None for a point cloud.
+    """
+
+    indices: Ints
+    positions: NDArray[np.float64] | None
+    topology: Topology | None
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return plain values and arrays."""
+        shape = self.topology
+        return self._asdict() | {"topology": None if shape is None else shape._asdict()}
+
+    @classmethod
+    def from_dict(cls, values: dict[str, Any]) -> Reduced:
+        """Return what `as_dict` was made from."""
+        shape = values["topology"]
+        return cls(**values | {"topology": None if shape is None else Topology(**shape)})
+
+
+def simplified(mesh: MeshArrays, result: Simplification) -> Topology:
+    """Return the topology that `result` leaves of a mesh."""
+    starts, polygons, vertices, corners = _polygons(mesh, result)
+    sides = np.column_stack([vertices, vertices[_following(starts, len(vertices))]])
+    sides = np.concatenate([sides, _loose_edges(mesh, result)])
+    count = max(len(result.indices), 1)
+    keys, edge_of = np.unique(sides.min(axis=1) * count + sides.max(axis=1), return_inverse=True)
+    edges = np.column_stack(np.divmod(keys, count))
+    edge_source = np.full(len(edges), -1, dtype=np.int64)
+    if mesh.edges is not None:
+        edge_source = result.edge_source(mesh.edges, edges)
+    edge_of = edge_of.ravel()[: len(vertices)]
+    found = (starts, polygons, vertices, corners, edge_of, edges, edge_source)
+    return Topology(*(values.astype(np.int32) for values in found))
+
+
+def seams(mesh: MeshArrays) -> Ints:
+    """Return edges (s, 2) that stay as lines.
+
+    Those where charts of a UV map meet, those marked as seams, and borders between materials.
+    """
+    values: list[NDArray[Any]] = [uv[mesh.corners] for uv in mesh.uv_maps]
+    if mesh.materials is not None:
+        values.append(np.repeat(mesh.materials[mesh.polygons][:, None, None], 3, axis=1))
+    found = [np.empty((0, 2), dtype=np.int64)]
+    if values:
+        found.append(find_seams(mesh.faces, np.concatenate(values, axis=2)))
+    if mesh.marked_seams is not None:
+        found.append(mesh.marked_seams.astype(np.int64))
+    return np.concatenate(found)
+
+
+def _polygons(mesh: MeshArrays, result: Simplification) -> tuple[Ints, Ints, Ints, Ints]:
+    """Return first corners, original polygons, and vertices and original corners of the corners."""
+    if result.faces is None or result.face_source is None or not len(result.faces):
+        return (np.empty(0, dtype=np.int64),) * 4
+    old_vertices, polygon_of, origin = mesh.faces, mesh.polygons, result.face_source
+    first, size = mesh.first.astype(np.int64), mesh.sizes
+    unchanged = (result.indices[result.faces] == old_vertices[origin]).all(axis=1)
+    left = np.bincount(polygon_of[origin[unchanged]], minlength=len(size))
+    whole = left == size - 2
+    rest = np.flatnonzero(~whole[polygon_of[origin]])
+    source = _corner_source(mesh, result)[rest]
+    place = np.full(len(result.source), -1, dtype=np.int64)
+    place[result.indices] = np.arange(len(result.indices))
+    intact = np.flatnonzero(whole)
+    whole_corners = _ranges(first[intact], size[intact])
+    polygons = np.concatenate([intact, polygon_of[origin[rest]]])
+    sizes = np.concatenate([size[intact], np.full(len(rest), 3)])
+    vertices = np.concatenate([place[mesh.vertices[whole_corners]], result.faces[rest].ravel()])
+    corners = np.concatenate([whole_corners, mesh.corners.ravel()[source.ravel()]])
+    # Polygons keep the order of the original.
+    order = np.argsort(polygons, kind="stable")
+    moved = _ranges((np.cumsum(sizes) - sizes)[order], sizes[order])
+    starts = np.cumsum(sizes[order]) - sizes[order]
+    return starts, polygons[order], vertices[moved], corners[moved]
+
+
+def _corner_source(mesh: MeshArrays, result: Simplification) -> Ints:
+    """Return the old corner (k, 3), among those of the triangles, for each new one."""
+    if not mesh.corner_values:
+        assert result.face_source is not None
+        return 3 * result.face_source[:, None] + np.arange(3)
+    charts = None
+    if mesh.active_uv >= 0:
+        charts = mesh.uv_maps[mesh.active_uv].astype(np.float64)[mesh.corners]
+    return result.corner_source(mesh.faces, charts)
+
+
+def _ranges(starts: Ints, sizes: Ints) -> Ints:
+    """Return the concatenated ranges ``start, start + 1, ...`` of these sizes."""
+    offset = starts - (np.cumsum(sizes) - sizes)
+    return np.repeat(offset, sizes) + np.arange(int(sizes.sum()))
+
+
+def _following(starts: Ints, count: int) -> Ints:
+    """Return the next corner of the same polygon, for `count` corners."""
+    after = np.arange(1, count + 1)
+    if len(starts):
+        after[np.append(starts[1:], count) - 1] = starts
+    return after
+
+
+def _loose_edges(mesh: MeshArrays, result: Simplification) -> Ints:
+    """Return the edges (e, 2) of no polygon, between what stands for their ends."""
+    ends = result.source[mesh.loose_edges]
+    return ends[(ends[:, 0] != ends[:, 1]) & (ends >= 0).all(axis=1)]

@@ -1,0 +1,252 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What all operators share: settings, work in the child process, messages."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any
+
+import bpy
+
+from ..geometry import sources
+from ..geometry.sources import Source
+from ..salcore import SalcoreError
+from ..settings import properties
+from . import work
+from .work import Task
+
+TICK = 0.1
+"""Seconds between two looks at the child's messages."""
+NAVIGATION = {
+    "MIDDLEMOUSE", "WHEELUPMOUSE", "WHEELDOWNMOUSE", "WHEELINMOUSE", "WHEELOUTMOUSE", "MOUSEMOVE",
+    "TRACKPADPAN", "TRACKPADZOOM", "MOUSEROTATE", "NDOF_MOTION",
+}  # fmt: skip
+"""Events that work under way lets through: nothing that could change what is worked on."""
+SKIP_SAVE = {"SKIP_SAVE"}
+"""Operators remember nothing: the panel's settings hold, or what a script says."""
+
+_told: set[str] = set()
+"""Reasons why there is no child that have been told."""
+
+
+class ModalOperator:
+    """An operator whose work is done elsewhere: `execute` waits for it, `invoke` does not.
+
+    Subclasses define `find`, `request` and `commit`; `measuring` may ask for more once the scene
+    has changed, and `conclude` tells what has been done.
+    """
+
+    bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012 - Blender reads the class attribute
+    bl_label: str
+    layout: Any
+    properties: Any
+    report: Any
+    poll_message_set: Any
+    _sources: list[Source]
+    _task: Task
+    _committed: bool
+    _timer: Any = None
+
+    @classmethod
+    def poll(cls, context: Any) -> bool:
+        """Say what is missing where the operator cannot run."""
+        if context.window_manager.salient_simplify.stage:
+            cls.poll_message_set("Work is under way; Esc cancels it")
+            return False
+        if context.mode != "OBJECT":
+            cls.poll_message_set("Leave the mode of editing or painting: works in Object Mode")
+            return False
+        if not any(sources.eligible(context.selected_objects)):
+            cls.poll_message_set("Select a mesh or a point cloud")
+            return False
+        return True
+
+    def find(self, context: Any) -> list[Source]:
+        """Return the geometries to work on."""
+        raise NotImplementedError
+
+    def check(self, source: Source) -> None:
+        """Raise `HostError` if a geometry cannot be worked on."""
+
+    def request(self, source: Source, number: int) -> dict[str, Any]:
+        """Return what to ask about the geometry of this number: arrays and plain values."""
+        raise NotImplementedError
+
+    def requests(self) -> list[Any]:
+        """Return functions that make the requests: one for each geometry."""
+        return [partial(self.request, source, k) for k, source in enumerate(self._sources)]
+
+    def commit(self, context: Any, results: list[Any]) -> None:
+        """Change the scene by the answers, in the order of the requests."""
+        raise NotImplementedError
+
+    def measuring(self) -> dict[str, Any] | None:
+        """Return a request that remains once the scene has changed."""
+        return None
+
+    def measured(self, result: Any) -> None:
+        """Take the answer to it."""
+
+    def conclude(self, context: Any) -> None:
+        """Tell what has been done."""
+
+    def execute(self, context: Any) -> set[str]:
+        """Do everything at once, from the operator's properties."""
+        try:
+            self._begin(context, work.spare_host())
+            while not self._step(context, wait=True):
+                pass
+        except (SalcoreError, MemoryError) as error:
+            return self._fail(context, error)
+        finally:
+            self._release()
+        self.conclude(context)
+        return {"FINISHED"}
+
+    def invoke(self, context: Any, event: Any) -> set[str]:
+        """Take what is not given from the panel's settings, and let the child work."""
+        properties.fill_unset(self.properties, context.scene.salient_simplify)
+        if bpy.app.background or context.window is None:
+            return self.execute(context)
+        manager = context.window_manager
+        try:
+            self._begin(context, work.host)
+            if not self._task.in_process:
+                self._task.advance()
+        except BaseException as error:
+            self._release()
+            if isinstance(error, (SalcoreError, MemoryError)):
+                return self._fail(context, error)
+            raise
+        self._timer = manager.event_timer_add(TICK, window=context.window)
+        manager.modal_handler_add(self)
+        self._show(context, self._task.stage, 0.0)
+        return {"RUNNING_MODAL"}
+
+    def modal(self, context: Any, event: Any) -> set[str]:
+        """Read the child's messages at every tick; Esc cancels."""
+        if event.type == "ESC" and event.value == "PRESS":
+            return self._cancel(context)
+        if event.type != "TIMER":
+            return {"PASS_THROUGH"} if event.type in NAVIGATION else {"RUNNING_MODAL"}
+        try:
+            if not self._step(context, wait=False):
+                self._show(context, self._task.stage, self._task.fraction)
+                return {"RUNNING_MODAL"}
+        except BaseException as error:
+            self._end(context)
+            if isinstance(error, (SalcoreError, MemoryError)):
+                return self._fail(context, error)
+            raise
+        self._end(context)
+        self.conclude(context)
+        self._tell_why_it_waited()
+        return {"FINISHED"}
+
+    def cancel(self, context: Any) -> None:
+        """Clean up when Blender itself ends the operator, as on loading another file."""
+        self._task.cancel()
+        self._end(context)
+
+    def _begin(self, context: Any, host: Any) -> None:
+        """Find what to work on, and make its requests."""
+        self._committed = False
+        self._sources = []
+        context.view_layer.update()  # after the undo of F9 all matrices are still the identity
+        self._sources = self.find(context)
+        for source in self._sources:
+            self.check(source)
+        self._task = Task(self.requests(), host)
+
+    def _step(self, context: Any, wait: bool) -> bool:
+        """Go on with the task, commit it when it is done; return whether nothing remains."""
+        if wait:
+            self._task.finish()
+        elif not self._advance(context):
+            return False
+        if self._committed:
+            self.measured(self._task.results[0])
+            return True
+        self.commit(context, self._task.results)
+        self._committed = True
+        more = self.measuring()
+        if more is None:
+            return True
+        self._task = Task([lambda: more], self._task.host)
+        return False
+
+    def _cancel(self, context: Any) -> set[str]:
+        """Answer Esc at once; the child is looked after until it has stopped."""
+        self._task.cancel()
+        self._end(context)
+        if not bpy.app.timers.is_registered(work.settle):
+            bpy.app.timers.register(work.settle, first_interval=TICK)
+        if self._committed:
+            self.conclude(context)
+            return {"FINISHED"}
+        self.report({"INFO"}, "Cancelled: nothing was changed")
+        return {"CANCELLED"}
+
+    def _fail(self, context: Any, error: BaseException) -> set[str]:
+        """Tell a mistake in a sentence; after the commit there is a result all the same."""
+        text = (
+            str(error) if isinstance(error, SalcoreError) else "not enough memory for this object"
+        )
+        if self._committed:
+            self.conclude(context)
+            self.report({"WARNING"}, f"The error was not measured: {text}")
+            return {"FINISHED"}
+        self.report({"ERROR"}, text)
+        return {"CANCELLED"}
+
+    def _advance(self, context: Any) -> bool:
+        """Go on with the task; where this process has to do it, show that its window waits."""
+        if not self._task.in_process:
+            return self._task.advance()
+        context.window.cursor_modal_set("WAIT")
+        try:
+            return self._task.advance()
+        finally:
+            context.window.cursor_modal_restore()
+
+    def _tell_why_it_waited(self) -> None:
+        """Say once for each reason why the work was done in this process."""
+        reason = work.host.reason
+        if reason and reason not in _told:
+            _told.add(reason)
+            text = "Blender waited for this work, as no worker process could be started"
+            self.report({"WARNING"}, f"{text}: {reason}")
+
+    def _show(self, context: Any, stage: str, fraction: float) -> None:
+        """Tell how far the work is, if that has changed by a per cent."""
+        figures = context.window_manager.salient_simplify
+        fraction = int(100.0 * fraction) / 100.0
+        if (figures.stage, round(figures.fraction, 2)) == (stage, fraction):
+            return
+        figures.stage, figures.fraction = stage, fraction
+        if context.workspace is not None:
+            text = f"{self.bl_label}: {stage} {fraction:.0%}   |   Esc: cancel" if stage else None
+            context.workspace.status_text_set(text)
+        _redraw(context)
+
+    def _end(self, context: Any) -> None:
+        if self._timer is not None:
+            context.window_manager.event_timer_remove(self._timer)
+            self._timer = None
+        self._show(context, "", 0.0)
+        self._release()
+
+    def _release(self) -> None:
+        """Remove copies made for the work that are not used."""
+        while self._sources:
+            self._sources.pop().discard()
+
+
+def _redraw(context: Any) -> None:
+    """Have the sidebars drawn again; not the views, which may take long."""
+    for window in context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type == "VIEW_3D":
+                for region in area.regions:
+                    if region.type == "UI":
+                        region.tag_redraw()

@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Live simplification: the order of removal as attributes, and a node group that cuts through it.
+
+Every point knows its rank and its parent, the point it goes into. A slider says how many ranks
+stay: continuous, without a level being stored. (Levels to switch between would cost memory for
+each and jump from one to the next.)
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import bpy
+from bpy.props import FloatProperty
+
+from ..geometry import attributes, read, sources
+from ..geometry.attributes import Layer
+from ..geometry.live_nodes import PARENT, RANK, node_group, set_input
+from ..geometry.sources import Source
+from ..settings import properties
+from .base import SKIP_SAVE, ModalOperator
+
+MODIFIER = "Salient Live"
+
+
+class OBJECT_OT_salient_live(ModalOperator, bpy.types.Operator):
+    """Store the order of removal, and add a modifier with a slider that simplifies at once"""
+
+    bl_idname = "object.salient_live"
+    bl_label = "Salient Live Simplify"
+    __annotations__ = {
+        "ratio": FloatProperty(
+            name="Ratio",
+            description="Share of the points that stay, to begin with",
+            default=0.1,
+            min=0.0,
+            max=1.0,
+            subtype="FACTOR",
+            options=SKIP_SAVE,
+        ),
+        "protect": properties.input_annotations(SKIP_SAVE)["protect"],
+        "keep_seams": properties.input_annotations(SKIP_SAVE)["keep_seams"],
+        **properties.parameter_annotations(SKIP_SAVE),
+    }
+
+    def find(self, context: Any) -> list[Source]:
+        """Return the selected objects' own geometries."""
+        return sources.originals(context)
+
+    def check(self, source: Source) -> None:
+        """Refuse what must not be changed."""
+        source.require_editable()
+
+    def request(self, source: Source, number: int) -> dict[str, Any]:
+        """Ask for the ranks of the points."""
+        return {
+            "task": "rank",
+            "parameters": properties.parameters(self).as_dict(),
+            **sources.geometry_with_mesh(source, self.protect, self.keep_seams),
+        }
+
+    def commit(self, context: Any, answers: list[dict[str, Any]]) -> None:
+        """Store the ranks and add the modifiers."""
+        for source, ranking in zip(self._sources, answers, strict=True):
+            data = source.data
+            for name, key in ((RANK, "rank"), (PARENT, "parent")):
+                attributes.write_layer(data, Layer(name, "INT", "POINT", ranking[key]))
+            faces = read.is_mesh(data) and len(data.polygons) > 0
+            for obj in source.objects:
+                modifier = obj.modifiers.get(MODIFIER) or obj.modifiers.new(MODIFIER, "NODES")
+                modifier.node_group = node_group(faces)
+                set_input(modifier, "Ratio", self.ratio)
+                if faces:
+                    set_input(modifier, "Steps", ranking["generations"])
+                obj.update_tag()
+            data.update_tag()
+        names = ", ".join(obj.name for source in self._sources for obj in source.objects)
+        self._message = f"{names}: slide Ratio in the modifier {MODIFIER!r}"
+
+    def conclude(self, context: Any) -> None:
+        """Tell where the slider is."""
+        self.report({"INFO"}, self._message)
+
+    def draw(self, context: Any) -> None:
+        """Draw the panel of the last operation."""
+        self.layout.use_property_split = True
+        self.layout.prop(self, "ratio")
+
+
+CLASSES: tuple[Any, ...] = (OBJECT_OT_salient_live,)

@@ -1,0 +1,175 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Saliency, regions and interest points, stored on the objects and shown in colour."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ..geometry import attributes, read, sources
+from ..geometry.attributes import Layer
+from ..geometry.sources import Source
+from ..settings import properties
+from .base import SKIP_SAVE, ModalOperator
+
+MATERIAL = "Salient Colors"
+GROUP = "Saliency"
+LEVELS = 255
+"""Steps of the weights in the vertex group: Blender is told one weight for many at once."""
+
+
+class Shown(NamedTuple):
+    """What one operator stores about every point."""
+
+    task: str
+    """Of the worker's requests."""
+    attribute: str
+    type: str
+    color: str
+    """Name of the colour attribute."""
+    label: str
+    description: str
+    alpha: bool = False
+    """Whether it depends on the threshold α."""
+    group: bool = False
+    """Whether the values become a vertex group, which Blender's own modifiers understand."""
+
+
+TABLE = (
+    Shown("saliency", "saliency", "FLOAT", "Saliency Color", "Salient Show Saliency",
+        "Store the saliency of every point, also as a vertex group, and show it in colour",
+        group=True),
+    Shown("regions", "saliency_region", "INT", "Region Color", "Salient Show Regions",
+        "Store the region of like saliency of every point, and show each in a colour of its own"),
+    Shown("interest", "interest_point", "BOOLEAN", "Interest Color", "Salient Show Interest Points",
+        "Mark the points that a threshold keeps, and show them in red", alpha=True),
+)  # fmt: skip
+
+
+class ShowAttribute(ModalOperator):
+    """An operator that stores something about every point and shows it."""
+
+    shown: Shown
+    alpha: float
+
+    def find(self, context: Any) -> list[Source]:
+        """Return the selected objects' own geometries."""
+        return sources.originals(context)
+
+    def check(self, source: Source) -> None:
+        """Refuse what must not be changed."""
+        source.require_editable()
+
+    def request(self, source: Source, number: int) -> dict[str, Any]:
+        """Ask for values and colours of every point."""
+        request = {
+            "task": self.shown.task,
+            "parameters": properties.parameters(self).as_dict(),
+            **sources.geometry(source),
+        }
+        return request | {"alpha": self.alpha} if self.shown.alpha else request
+
+    def commit(self, context: Any, answers: list[dict[str, Any]]) -> None:
+        """Store the attributes and have the view show them."""
+        shown = self.shown
+        for source, answer in zip(self._sources, answers, strict=True):
+            data, values = source.data, answer["values"]
+            attributes.write_layer(data, Layer(shown.attribute, shown.type, "POINT", values))
+            colors = Layer(shown.color, "FLOAT_COLOR", "POINT", answer["colors"])
+            attributes.write_layer(data, colors)
+            if read.is_mesh(data):
+                data.attributes.active_color_name = shown.color
+                if shown.group:
+                    _set_group(source.object, values)
+            else:
+                for obj in source.objects:
+                    _show_material(obj, shown.color)
+            data.update_tag()
+        _show_colors(context, all(read.is_mesh(source.data) for source in self._sources))
+        names = ", ".join(source.object.name for source in self._sources)
+        self._message = f"{names}: see the attribute {shown.color!r}"
+
+    def conclude(self, context: Any) -> None:
+        """Tell where it is."""
+        self.report({"INFO"}, self._message)
+
+    def draw(self, context: Any) -> None:
+        """Draw the panel of the last operation."""
+        self.layout.use_property_split = True
+        if self.shown.alpha:
+            self.layout.prop(self, "alpha")
+
+
+def _operator(shown: Shown) -> Any:
+    """Return the operator of one row of the table."""
+    options = properties.parameter_annotations(SKIP_SAVE)
+    if shown.alpha:
+        options = {"alpha": properties.target_annotations(SKIP_SAVE)["alpha"], **options}
+    return type(
+        f"OBJECT_OT_salient_show_{shown.task}",
+        (ShowAttribute, bpy.types.Operator),
+        {
+            "__doc__": shown.description,
+            "__annotations__": options,
+            "bl_idname": f"object.salient_show_{shown.task}",
+            "bl_label": shown.label,
+            "shown": shown,
+        },
+    )
+
+
+def _set_group(obj: Any, weights: NDArray[Any]) -> None:
+    """Set the vertex group of saliency."""
+    group = obj.vertex_groups.get(GROUP) or obj.vertex_groups.new(name=GROUP)
+    levels = np.rint(weights * LEVELS).astype(np.int64)
+    order = np.argsort(levels, kind="stable")
+    bounds = np.searchsorted(levels[order], np.arange(LEVELS + 2))
+    for level in range(LEVELS + 1):
+        members = order[bounds[level] : bounds[level + 1]]
+        if len(members):
+            group.add(members.tolist(), level / LEVELS, "REPLACE")
+
+
+def _show_material(obj: Any, attribute: str) -> None:
+    """Give a point cloud's object a material that shows an attribute; its data keeps its own."""
+    if not obj.material_slots:
+        obj.data.materials.append(None)
+    slot = obj.material_slots[0]
+    slot.link = "OBJECT"
+    slot.material = material(attribute)
+
+
+def material(attribute: str) -> Any:
+    """Return a material that shows a colour attribute, made where it is missing."""
+    name = f"{MATERIAL}: {attribute}"
+    found = bpy.data.materials.get(name)
+    if found is None:
+        found = bpy.data.materials.new(name)
+        if bpy.app.version < (5, 0):
+            found.use_nodes = True
+        nodes = found.node_tree.nodes
+        shader = next(node for node in nodes if node.type == "BSDF_PRINCIPLED")
+        color = nodes.new("ShaderNodeAttribute")
+        color.attribute_name = attribute
+        color.location.x = shader.location.x - 300.0
+        shader.inputs["Roughness"].default_value = 0.7
+        found.node_tree.links.new(color.outputs["Color"], shader.inputs["Base Color"])
+    return found
+
+
+def _show_colors(context: Any, solid: bool) -> None:
+    """Have the 3D views show colour attributes: Solid can for meshes, only materials for clouds."""
+    screen = context.screen
+    for area in screen.areas if screen is not None else ():
+        if area.type == "VIEW_3D":
+            shading = area.spaces.active.shading
+            if not solid and shading.type in {"SOLID", "WIREFRAME"}:
+                shading.type = "MATERIAL"
+            elif shading.type == "SOLID":
+                shading.color_type = "VERTEX"
+
+
+CLASSES: tuple[Any, ...] = tuple(_operator(shown) for shown in TABLE)

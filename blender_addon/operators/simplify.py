@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Simplify objects."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import bpy
+
+from ..geometry import results, sources
+from ..geometry.sources import Source
+from ..geometry.topology import Reduced
+from ..settings import properties
+from ..settings.layout import draw_output, draw_target
+from .base import SKIP_SAVE, ModalOperator
+
+
+class OBJECT_OT_salient_simplify(ModalOperator, bpy.types.Operator):
+    """Cut the selected meshes and point clouds down to their salient points"""
+
+    bl_idname = "object.salient_simplify"
+    bl_label = "Salient Simplify"
+    __annotations__ = {
+        **properties.target_annotations(SKIP_SAVE),
+        **properties.input_annotations(SKIP_SAVE),
+        **properties.output_annotations(SKIP_SAVE),
+        **properties.parameter_annotations(SKIP_SAVE),
+    }
+
+    def find(self, context: Any) -> list[Source]:
+        """Return the selected geometries, with or without modifiers."""
+        self._begun = time.perf_counter()
+        self._errors: list[dict[str, float]] = []
+        return sources.selected(context, self.source)
+
+    def check(self, source: Source) -> None:
+        """Refuse what a result cannot replace."""
+        if self.output == "IN_PLACE":
+            results.require_replaceable(source)
+
+    def request(self, source: Source, number: int) -> dict[str, Any]:
+        """Ask for one target."""
+        return {
+            "task": "simplify",
+            "parameters": properties.parameters(self).as_dict(),
+            "targets": [properties.target(self)],
+            "measurable": number if self.measure else None,
+            **sources.geometry_with_mesh(source, self.protect, self.keep_seams),
+        }
+
+    def commit(self, context: Any, answers: list[dict[str, Any]]) -> None:
+        """Put the results into the scene."""
+        self._names = ", ".join(source.object.name for source in self._sources)
+        self._counts = [0, 0]
+        for source, answer in zip(self._sources, answers, strict=True):
+            result = Reduced.from_dict(answer["levels"][0])
+            self._counts[0] += source.count
+            self._counts[1] += len(result.indices)
+            if self.output == "IN_PLACE":
+                results.replace(source, result)
+                continue
+            copies = results.add(source, result, "_simplified")
+            if self.hide_source:
+                results.hide(context, source.objects, copies)
+        self._seconds = time.perf_counter() - self._begun
+
+    def measuring(self) -> dict[str, Any] | None:
+        """Ask for the errors."""
+        return {"task": "measure"} if self.measure else None
+
+    def measured(self, errors: list[dict[str, float]]) -> None:
+        """Take the errors of each geometry."""
+        self._errors = errors
+
+    def conclude(self, context: Any) -> None:
+        """Show the figures."""
+        before, after = self._counts
+        figures = context.window_manager.salient_simplify
+        figures.title = self._names
+        figures.points_before, figures.points_after = before, after
+        figures.seconds, figures.measured = self._seconds, bool(self._errors)
+        text = f"{figures.title}: {after:,} of {before:,} points ({after / before:.1%})"
+        if self._errors:
+            figures.max_error = max(error["max"] for error in self._errors)
+            total = sum(error["mean"] * error["points"] for error in self._errors)
+            figures.mean_error = total / before
+            text += f", largest error {figures.max_error:.4g}, mean {figures.mean_error:.4g}"
+        self.report({"INFO"}, text)
+
+    def draw(self, context: Any) -> None:
+        """Draw the panel of the last operation."""
+        draw_target(self.layout, self)
+        draw_output(self.layout, self)
+
+
+CLASSES: tuple[Any, ...] = (OBJECT_OT_salient_simplify,)

@@ -1,0 +1,161 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The worker of this Blender, and work that it does for an operator, one request after another."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import bpy
+import numpy as np
+import scipy
+
+from ..geometry.read import HostError
+from ..worker import host as states
+from ..worker import requests
+from ..worker.host import Host
+
+ADDON = Path(__file__).parents[1]
+
+
+def _command() -> list[str]:
+    """Return what starts the child: Blender's own Python, and where to find what it needs."""
+    folders = (str(Path(str(module.__file__)).parents[1]) for module in (np, scipy))
+    child = ADDON / "worker" / "child.py"
+    python = (sys.executable, *bpy.app.python_args)
+    return [*python, str(child), str(ADDON), os.pathsep.join(dict.fromkeys(folders))]
+
+
+host = Host(_command())
+
+
+class Task:
+    """Requests under way; a timer, a test or a loop calls `advance` until it returns True.
+
+    Until the task is done nothing in the scene may change: one that is cancelled has never been.
+
+    Parameters
+    ----------
+    makers : list of callable
+        Each returns a request, and is called when its turn has come.
+    host : Host, optional
+        Of the child that does the work; None to work in this process. Without a child that starts
+        the work is done in this process, too.
+
+    Attributes
+    ----------
+    host : Host or None
+    stage : str
+    fraction : float
+        In [0, 1], never falling.
+    results : list
+        Answers so far.
+    done : bool
+    """
+
+    def __init__(self, makers: list[Callable[[], dict[str, Any]]], host: Host | None) -> None:
+        self.stage, self.fraction = "Start", 0.0
+        self.results: list[Any] = []
+        self._makers, self.host = makers, host
+        self._sent = False
+
+    @property
+    def done(self) -> bool:
+        """Whether all requests have been answered."""
+        return len(self.results) == len(self._makers)
+
+    @property
+    def in_process(self) -> bool:
+        """Whether `advance` works in this process, and does not return until it is done."""
+        return self.host is None or self.host.state == states.UNAVAILABLE
+
+    def advance(self) -> bool:
+        """Send and receive what there is; return whether the task is done.
+
+        Raises
+        ------
+        SalcoreError, MemoryError
+            As the request that failed would have raised them.
+        HostError
+            If the child has been killed.
+        """
+        while not self.done:
+            if self.host is None or self.in_process:
+                self._take(requests.run(self._makers[len(self.results)]()))
+                continue
+            self.host.start()
+            message = self.host.poll()
+            if message is not None:
+                self._read(*message)
+            elif self.host.state == states.IDLE and not self._sent:
+                self._sent = True
+                self.host.send(self._makers[len(self.results)]())
+            else:
+                break
+        return self.done
+
+    def finish(self) -> list[Any]:
+        """Work to the end and return all answers."""
+        while not self.advance():
+            if self.host is not None and not self.in_process:
+                self.host.wait(0.1)
+        return self.results
+
+    def cancel(self) -> None:
+        """Stop for good."""
+        if self.host is not None and self._sent:
+            self.host.cancel()
+
+    def _read(self, kind: str, *values: Any) -> None:
+        """Take one message of the child's."""
+        if kind == "progress":
+            stage, share = values
+            fraction = (len(self.results) + share) / len(self._makers)
+            self.stage, self.fraction = stage, max(self.fraction, fraction)
+            return
+        self._sent = False
+        if kind == "done":
+            self._take(*values)
+        elif kind == "died":
+            raise HostError(
+                f"the worker process was killed or ran out of memory (exit status {values[0]}); "
+                "close other programs or thin the input, and try again"
+            )
+        elif values[0] == "MemoryError":
+            raise MemoryError(values[1])
+        elif values[0] == "SalcoreError":
+            raise HostError(values[1])
+        else:
+            raise RuntimeError(f"the worker process failed: {values[1]}")
+
+    def _take(self, result: Any) -> None:
+        self.results.append(result)
+        self.fraction = max(self.fraction, len(self.results) / len(self._makers))
+
+
+def settle() -> float | None:
+    """Look after a cancelled request until the child has answered; for Blender's timers."""
+    host.poll()
+    return 0.1 if host.state == states.STOPPING else None
+
+
+def stop() -> None:
+    """End the child, and forget what this process keeps."""
+    if bpy.app.timers.is_registered(settle):
+        bpy.app.timers.unregister(settle)
+    host.stop()
+    requests.forget()
+
+
+def warm_up() -> None:
+    """Start the child before there is work for it; does nothing if there is one."""
+    if not bpy.app.background:
+        host.start()
+
+
+def spare_host() -> Host | None:
+    """Return the host if it has a child, for work that nobody wants to start one for."""
+    return None if host.state in (states.OFF, states.UNAVAILABLE) else host

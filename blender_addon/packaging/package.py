@@ -1,0 +1,237 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Pack the Blender extension: one zip for each platform, with scipy's wheels inside.
+
+Run ``python blender_addon/packaging/package.py``. This folder itself stays outside the zip.
+"""
+
+import argparse
+import importlib.util
+import json
+import shutil
+import subprocess
+import sys
+import zipfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import NamedTuple
+
+ADDON = Path(__file__).resolve().parents[1]
+ROOT = ADDON.parent
+MANIFEST = "blender_manifest.toml"
+
+
+class Wheel(NamedTuple):
+    """One wheel of scipy: the Python it is for, its version and its platform tag."""
+
+    python: str
+    version: str
+    tag: str
+
+
+# What each platform's zip carries. No Blender brings scipy along, all bring numpy. Blender 4.5
+# and 5.0 run Python 3.11, later ones 3.13; 4.5 was the last to run on Macs with Intel processors.
+# Blender picks wheels without a look at the system's version, so each tag is the oldest there is.
+WHEELS = {
+    "linux-x64": (
+        Wheel("3.11", "1.17.1", "manylinux_2_28_x86_64"),
+        Wheel("3.13", "1.18.1", "manylinux_2_28_x86_64"),
+    ),
+    "windows-x64": (
+        Wheel("3.11", "1.17.1", "win_amd64"),
+        Wheel("3.13", "1.18.1", "win_amd64"),
+    ),
+    "macos-arm64": (
+        Wheel("3.11", "1.17.1", "macosx_12_0_arm64"),
+        Wheel("3.13", "1.18.1", "macosx_12_0_arm64"),
+    ),
+    "macos-x64": (Wheel("3.11", "1.17.1", "macosx_10_14_x86_64"),),
+}
+
+
+class PackageError(RuntimeError):
+    """The extension could not be packed; the message says why in one line."""
+
+
+def stage(folder: Path, wheels: Mapping[str, Sequence[Path]] | None = None) -> None:
+    """Lay out the extension in a folder, as Blender's builder and Blender itself want it.
+
+    Parameters
+    ----------
+    folder : Path
+        Where to; may exist already, files of the same name are replaced.
+    wheels : mapping of str to sequence of Path, optional
+        The wheels to bundle for each of Blender's platforms. Without them the manifest names
+        neither platforms nor wheels, and scipy must come from elsewhere.
+    """
+    unwanted = shutil.ignore_patterns("__pycache__", ".*", "*.pyc", "packaging")
+    shutil.copytree(ADDON, folder, ignore=unwanted, dirs_exist_ok=True)
+    shutil.copytree(ROOT / "salcore", folder / "salcore", ignore=unwanted, dirs_exist_ok=True)
+    shutil.copyfile(ROOT / "LICENSE", folder / "LICENSE")
+    if wheels:
+        files = sorted({wheel for several in wheels.values() for wheel in several})
+        (folder / "wheels").mkdir(exist_ok=True)
+        for wheel in files:
+            shutil.copyfile(wheel, folder / "wheels" / wheel.name)
+        # These keys belong to no table, so they come before the first one. JSON's lists of
+        # plain strings are TOML's too.
+        head = (
+            f"platforms = {json.dumps(sorted(wheels))}\n"
+            f"wheels = {json.dumps([f'./wheels/{wheel.name}' for wheel in files])}\n"
+        )
+        manifest = folder / MANIFEST
+        manifest.write_text(head + manifest.read_text(encoding="utf-8"), encoding="utf-8")
+
+
+def fetch(wheel: Wheel, folder: Path) -> Path:
+    """Find a wheel in a folder, or let pip download it into there.
+
+    Parameters
+    ----------
+    wheel : Wheel
+    folder : Path
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    PackageError
+        If there is no such wheel.
+    """
+    pattern = f"scipy-{wheel.version}-cp{wheel.python.replace('.', '')}-*{wheel.tag}.whl"
+
+    def present() -> list[Path]:
+        # A download that was cut short is no zip file and counts as missing.
+        return [path for path in sorted(folder.glob(pattern)) if zipfile.is_zipfile(path)]
+
+    if not present():
+        command = (
+            # Without the check for a newer pip, whose notice would hide what went wrong.
+            *("-m", "pip", "--disable-pip-version-check", "download", "--quiet"),
+            *("--no-deps", "--only-binary=:all:"),
+            *("--python-version", wheel.python, "--platform", wheel.tag, "--dest", str(folder)),
+            f"scipy=={wheel.version}",
+        )
+        failure = f"no wheel of scipy {wheel.version} for Python {wheel.python} and {wheel.tag}"
+        _run(command, failure)
+        if not present():
+            raise PackageError(f"{failure}: pip chose another one")
+    return present()[0]
+
+
+def find_builder() -> Path:
+    """Find Blender's own builder of extensions beside the installed bpy, without importing it.
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    PackageError
+        If this Python has no bpy.
+    """
+    spec = importlib.util.find_spec("bpy")
+    for folder in (spec and spec.submodule_search_locations) or ():
+        for path in Path(folder).glob("*/scripts/addons_core/bl_pkg/cli/blender_ext.py"):
+            return path
+    raise PackageError(
+        "this Python has no bpy: install it, or name blender_ext.py by --blender-ext"
+    )
+
+
+def build(
+    platforms: Sequence[str], output: Path, wheels: Path | None = None, builder: Path | None = None
+) -> list[Path]:
+    """Build and validate one zip for each platform.
+
+    Parameters
+    ----------
+    platforms : sequence of str
+        Keys of `WHEELS`.
+    output : Path
+        The folder for the zips. Those of the same name are replaced, but only once all new ones
+        are valid.
+    wheels : Path, optional
+        A folder whose wheels are used, and into which missing ones are downloaded.
+    builder : Path, optional
+        Blender's ``blender_ext.py``; by default the one beside the installed bpy.
+
+    Returns
+    -------
+    list of Path
+        The zips, in the order of their names.
+
+    Raises
+    ------
+    PackageError
+        If a wheel is missing, or Blender's builder refuses the extension.
+    """
+    builder = builder or find_builder()
+    if not builder.is_file():
+        raise PackageError(f"there is no file {builder}")
+    output.mkdir(parents=True, exist_ok=True)
+    # Inside the output folder, so that finished zips move over whole or not at all.
+    with TemporaryDirectory(dir=output, prefix=".package-") as folder:
+        work = Path(folder)
+        cache = wheels or work / "wheels"
+        stage(work / "source", {p: [fetch(w, cache) for w in WHEELS[p]] for p in platforms})
+        (work / "zips").mkdir()
+        options = ("--source-dir", str(work / "source"), "--output-dir", str(work / "zips"))
+        _run((str(builder), "build", *options, "--split-platforms"), "Blender cannot build this")
+        built = sorted((work / "zips").glob("*.zip"))
+        for path in built:
+            _run((str(builder), "validate", str(path)), f"Blender finds {path.name} invalid")
+        return [path.replace(output / path.name) for path in built]
+
+
+def _run(arguments: Sequence[str], failure: str) -> None:
+    """Run Python on a script or module; if that fails, raise with the last line it said."""
+    done = subprocess.run([sys.executable, *arguments], capture_output=True, text=True)
+    if done.returncode:
+        said = (done.stdout + done.stderr).strip() or f"exit status {done.returncode}"
+        raise PackageError(f"{failure}: {said.splitlines()[-1]}")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line; see ``--help``.
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+
+    Returns
+    -------
+    int
+        The exit status: 0, or 2 after an error.
+    """
+    parser = argparse.ArgumentParser(description="Pack the Blender extension, scipy included.")
+    parser.add_argument(
+        "--platform", action="append", choices=WHEELS, help="may be repeated; default: all"
+    )
+    parser.add_argument(
+        "--output", type=Path, default=ROOT / "dist", metavar="DIR", help="default: dist"
+    )
+    parser.add_argument(
+        "--wheels", type=Path, metavar="DIR", help="keep wheels here and use those that are here"
+    )
+    parser.add_argument(
+        "--blender-ext", type=Path, metavar="PATH", help="default: the one beside bpy"
+    )
+    chosen = parser.parse_args(arguments)
+    try:
+        zips = build(
+            chosen.platform or tuple(WHEELS), chosen.output, chosen.wheels, chosen.blender_ext
+        )
+    except (PackageError, OSError) as error:
+        sys.stderr.write(f"package.py: {error}\n")
+        return 2
+    for path in zips:
+        sys.stdout.write(f"{path} {path.stat().st_size / 1e6:.1f} MB\n")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

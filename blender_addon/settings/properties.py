@@ -1,0 +1,214 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Blender properties made from salcore's table, once for the panel and once for operators."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import bpy
+from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
+
+from ..salcore import PRESETS, TABLE, TARGETS, Parameter, Parameters
+
+HIDDEN = {"error_unit"}
+"""Rows that a scene decides: lengths are always in its unit."""
+ROWS = tuple(row for row in TABLE if row.name not in HIDDEN)
+GROUPS = tuple(dict.fromkeys(row.group for row in ROWS))
+"""The stages in the paper's order; each is a heading of the advanced panel."""
+
+SOURCES = (
+    ("ORIGINAL", "Original", "The object's own geometry, before its modifiers; they stay"),
+    ("EVALUATED", "With Modifiers", "What the modifiers make of it; they are applied"),
+)
+OUTPUTS = (
+    ("NEW", "New Object", "Put the result into a new object beside the original"),
+    ("IN_PLACE", "In Place", "Replace the geometry of the object and of all that share it"),
+)
+SOFT_MAXIMUM = {"ratio": 1.0, "alpha": 100.0, "max_error": 10.0, "detail": 10.0, "evenness": 2.0}
+
+MORE_PRESETS = {
+    "detail": {"detail": 10.0},
+    "even": {"detail": 0.0, "evenness": 1.0},
+}
+"""Presets beside salcore's, as changes to its default."""
+
+
+def _property(row: Parameter, options: set[str]) -> Any:
+    """Return the Blender property of a row of the table."""
+    symbol = f" Paper: {row.symbol}." if row.symbol else ""
+    words: dict[str, Any] = {
+        "name": row.label,
+        "description": (row.sentence + symbol).rstrip("."),  # Blender adds the full stop
+        "default": row.default,
+        "options": options,
+    }
+    if row.type is bool:
+        return BoolProperty(**words)
+    if row.type is str:
+        items = tuple((choice, _label(choice), "") for choice in row.choices)
+        return EnumProperty(items=items, **words)
+    if row.type is int:
+        return IntProperty(min=int(row.minimum), max=min(int(row.maximum), 2**31 - 1), **words)
+    if row.name == "ratio":
+        words |= {"subtype": "FACTOR", "precision": 4}
+    if row.name == "max_error":
+        words |= {
+            "subtype": "DISTANCE",
+            "precision": 5,
+            "description": "About the fewest points whose surface is nowhere further than this "
+            "from an original point, in the scene's unit",
+        }
+    return FloatProperty(
+        min=row.minimum,
+        max=min(row.maximum, 1e30),
+        soft_max=SOFT_MAXIMUM.get(row.name, min(row.maximum, 1e30)),
+        **words,
+    )
+
+
+def _label(choice: str) -> str:
+    return "PCA" if choice == "pca" else choice.capitalize()
+
+
+def target_annotations(options: set[str]) -> dict[str, Any]:
+    """Return the properties that say how far to go."""
+    items = tuple((row.name.upper(), row.label, row.sentence.rstrip(".")) for row in TARGETS)
+    return {
+        "target": EnumProperty(
+            items=items, name="Target", description="What to reach", options=options
+        ),
+        **{row.name: _property(row, options) for row in TARGETS},
+    }
+
+
+def parameter_annotations(options: set[str]) -> dict[str, Any]:
+    """Return the properties of an analysis."""
+    return {row.name: _property(row, options) for row in ROWS}
+
+
+def input_annotations(options: set[str]) -> dict[str, Any]:
+    """Return the properties that say what of an object is taken."""
+    return {
+        "source": EnumProperty(
+            items=SOURCES,
+            name="Geometry",
+            description="Which geometry of the object to take",
+            options=options,
+        ),
+        "protect": StringProperty(
+            name="Protect",
+            description="Vertex group, or attribute of points, whose points are never removed: "
+            "those of a weight above zero",
+            options=options,
+        ),
+        "keep_seams": BoolProperty(
+            name="Keep Seams",
+            description="Seams of UV maps, edges marked as seams and borders of materials stay "
+            "as lines; without, more of the shape is kept but faces reach across",
+            default=True,
+            options=options,
+        ),
+    }
+
+
+def output_annotations(options: set[str]) -> dict[str, Any]:
+    """Return the properties that say where the result goes."""
+    return {
+        "output": EnumProperty(
+            items=OUTPUTS, name="Result", description="Where the result goes", options=options
+        ),
+        "hide_source": BoolProperty(
+            name="Hide Original",
+            description="Hide the original, and select the new object in its place",
+            options=options,
+        ),
+        "measure": BoolProperty(
+            name="Measure Error",
+            description="Measure the exact distances from all original points to the result; on "
+            "large meshes this takes a while",
+            default=True,
+            options=options,
+        ),
+    }
+
+
+class SalientSettings(bpy.types.PropertyGroup):
+    """What the panel shows; kept with the scene."""
+
+    __annotations__ = {
+        **target_annotations(set()),
+        **input_annotations(set()),
+        **output_annotations(set()),
+        **parameter_annotations(set()),
+        "ratios": StringProperty(
+            name="Ratios",
+            description="Shares of the points to keep, one for each level of detail",
+            default="0.5 0.25 0.1 0.02",
+        ),
+    }
+
+    def use_preset(self, name: str) -> None:
+        """Set all parameters of the analysis to those of a preset."""
+        for key, value in preset(name).as_dict().items():
+            if key not in HIDDEN:
+                setattr(self, key, value)
+
+
+def preset(name: str) -> Parameters:
+    """Return the parameters of a preset: salcore's own, or one of `MORE_PRESETS`."""
+    if name in PRESETS:
+        return Parameters.preset(name)
+    return dataclasses.replace(Parameters(), **MORE_PRESETS[name])
+
+
+def parameters(settings: Any) -> Parameters:
+    """Return salcore's parameters from a settings group or an operator."""
+    values = {row.name: getattr(settings, row.name) for row in ROWS}
+    return Parameters(**values, error_unit="length")
+
+
+def target(settings: Any) -> dict[str, float]:
+    """Return the one target chosen, as the argument that salcore wants."""
+    name = settings.target.lower()
+    return {name: getattr(settings, name)}
+
+
+def fill_unset(own: Any, settings: Any) -> None:
+    """Give operator properties that nobody has set the values of the panel's settings."""
+    for each in own.bl_rna.properties:
+        name = each.identifier
+        known = name != "rna_type" and name in settings.bl_rna.properties
+        if known and not own.is_property_set(name):
+            setattr(own, name, getattr(settings, name))
+
+
+class SalientFigures(bpy.types.PropertyGroup):
+    """Figures of the last result, and how far running work has come; not saved."""
+
+    __annotations__ = {
+        "stage": StringProperty(),
+        "fraction": FloatProperty(),
+        "title": StringProperty(),
+        "points_before": IntProperty(),
+        "points_after": IntProperty(),
+        "max_error": FloatProperty(subtype="DISTANCE", precision=6),
+        "mean_error": FloatProperty(subtype="DISTANCE", precision=6),
+        "measured": BoolProperty(),
+        "seconds": FloatProperty(),
+    }
+
+
+CLASSES: tuple[Any, ...] = (SalientSettings, SalientFigures)
+
+
+def register() -> None:
+    """Attach the settings to scenes and the figures to the window manager."""
+    bpy.types.Scene.salient_simplify = bpy.props.PointerProperty(type=SalientSettings)
+    bpy.types.WindowManager.salient_simplify = bpy.props.PointerProperty(type=SalientFigures)
+
+
+def unregister() -> None:
+    """Take them off again."""
+    del bpy.types.WindowManager.salient_simplify
+    del bpy.types.Scene.salient_simplify

@@ -1,0 +1,197 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The sidebar tab "Salient", the entries of the Object menu, and the presets."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import bpy
+from bl_operators.presets import AddPresetBase
+from bl_ui.utils import PresetPanel
+
+from ..operators import levels, live, measure, show, simplify, work
+from ..settings import properties
+from ..settings.layout import draw_output, draw_target
+
+PRESETS = "salient_simplify"
+"""Folder of the presets, in Blender's preset folders."""
+PRESET_PATH = str(Path(__file__).parents[1])
+
+
+class _Panel:
+    """Place of all panels."""
+
+    bl_space_type = "VIEW_3D"
+    bl_region_type = "UI"
+    bl_category = "Salient"
+
+
+class VIEW3D_PT_salient(_Panel, bpy.types.Panel):
+    """Simplify"""
+
+    bl_label = "Salient Simplify"
+
+    def draw(self, context: Any) -> None:
+        """Draw target, button and figures."""
+        work.warm_up()
+        layout, settings = self.layout, context.scene.salient_simplify
+        figures = context.window_manager.salient_simplify
+        busy = bool(figures.stage)
+        column = layout.column()
+        column.enabled = not busy
+        draw_target(column, settings)
+        if busy:
+            layout.progress(factor=figures.fraction, text=f"{figures.stage} (Esc: cancel)")
+        else:
+            row = layout.row()
+            row.scale_y = 1.4
+            row.operator(simplify.OBJECT_OT_salient_simplify.bl_idname, text="Simplify")
+        column = layout.column()
+        column.enabled = not busy
+        column.use_property_split = True
+        column.use_property_decorate = False
+        draw_output(column, settings)
+        self._draw_protect(column, context, settings)
+        if figures.title:
+            _draw_figures(layout.box().column(align=True), context, figures)
+
+    def _draw_protect(self, layout: Any, context: Any, settings: Any) -> None:
+        obj = context.object
+        if obj is not None and obj.type == "MESH":
+            layout.prop_search(settings, "protect", obj, "vertex_groups")
+        elif obj is not None and obj.type == "POINTCLOUD":
+            layout.prop_search(settings, "protect", obj.data, "attributes")
+
+
+def _draw_figures(column: Any, context: Any, figures: Any) -> None:
+    """Draw the figures of the last result."""
+    units = context.scene.unit_settings
+
+    def length(value: float) -> str:
+        if units.system == "NONE":
+            return f"{value:.5g}"
+        return bpy.utils.units.to_string(
+            units.system, "LENGTH", value * units.scale_length, precision=5
+        )
+
+    column.label(text=figures.title)
+    column.label(text=f"{figures.points_after:,} of {figures.points_before:,} points")
+    if figures.points_before:
+        column.label(text=f"Rate: {1.0 - figures.points_after / figures.points_before:.2%} removed")
+    if figures.measured:
+        column.label(text=f"Largest error: {length(figures.max_error)}")
+        column.label(text=f"Mean error: {length(figures.mean_error)}")
+    if figures.seconds:
+        column.label(text=f"Time: {figures.seconds:.2f} s")
+
+
+class VIEW3D_PT_salient_more(_Panel, bpy.types.Panel):
+    """See, slide and measure"""
+
+    bl_label = "Show and More"
+    bl_parent_id = "VIEW3D_PT_salient"
+
+    def draw(self, context: Any) -> None:
+        """Draw the other operators."""
+        self.layout.enabled = not context.window_manager.salient_simplify.stage
+        column = self.layout.column(align=True)
+        for kind in show.CLASSES:
+            column.operator(kind.bl_idname, text=_short(kind))
+        column = self.layout.column()
+        column.operator(live.OBJECT_OT_salient_live.bl_idname, text="Live Simplify")
+        column.prop(context.scene.salient_simplify, "ratios")
+        column.operator(levels.OBJECT_OT_salient_levels.bl_idname, text="Levels of Detail")
+        column.operator(measure.OBJECT_OT_salient_measure.bl_idname, text="Measure Error")
+
+
+class VIEW3D_PT_salient_presets(PresetPanel, bpy.types.Panel):
+    """Presets"""
+
+    bl_label = "Salient Presets"
+    preset_subdir = PRESETS
+    preset_operator = "script.execute_preset"
+    preset_add_operator = "object.salient_preset_add"
+
+
+class OBJECT_OT_salient_preset_add(AddPresetBase, bpy.types.Operator):
+    """Add or remove a preset of the analysis"""
+
+    bl_idname = "object.salient_preset_add"
+    bl_label = "Add Salient Preset"
+    preset_menu = "VIEW3D_PT_salient_presets"
+    preset_subdir = PRESETS
+    preset_defines = ("settings = bpy.context.scene.salient_simplify",)
+    preset_values = tuple(f"settings.{row.name}" for row in properties.ROWS)
+
+
+class VIEW3D_PT_salient_advanced(_Panel, bpy.types.Panel):
+    """Parameters of the analysis, in the paper's order"""
+
+    bl_label = "Advanced"
+    bl_parent_id = "VIEW3D_PT_salient"
+    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012 - Blender reads the class attribute
+
+    def draw_header_preset(self, context: Any) -> None:
+        """Draw the menu of presets."""
+        VIEW3D_PT_salient_presets.draw_panel_header(self.layout)
+
+    def draw(self, context: Any) -> None:
+        """Draw the parameters, grouped."""
+        layout, settings = self.layout, context.scene.salient_simplify
+        layout.enabled = not context.window_manager.salient_simplify.stage
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        for group in properties.GROUPS:
+            header, body = layout.panel(f"salient_{group}", default_closed=True)
+            header.label(text=group)
+            if body is not None:
+                for row in properties.ROWS:
+                    if row.group == group:
+                        body.prop(settings, row.name)
+
+
+class VIEW3D_MT_salient(bpy.types.Menu):
+    """Simplify, show, slide and measure"""
+
+    bl_label = "Salient"
+
+    def draw(self, context: Any) -> None:
+        """Draw all operators."""
+        for kind in OPERATORS:
+            self.layout.operator(kind.bl_idname, text=_short(kind))
+
+
+OPERATORS = simplify.CLASSES + levels.CLASSES + live.CLASSES + show.CLASSES + measure.CLASSES
+
+
+def _short(kind: Any) -> str:
+    """Return an operator's name, without the word that the place already says."""
+    return kind.bl_label.removeprefix("Salient ")
+
+
+def _draw_menu(self: Any, context: Any) -> None:
+    self.layout.separator()
+    self.layout.menu("VIEW3D_MT_salient")
+
+
+CLASSES: tuple[Any, ...] = (
+    VIEW3D_PT_salient,
+    VIEW3D_PT_salient_more,
+    VIEW3D_PT_salient_presets,
+    OBJECT_OT_salient_preset_add,
+    VIEW3D_PT_salient_advanced,
+    VIEW3D_MT_salient,
+)
+
+
+def register() -> None:
+    """Add the menu and the presets."""
+    bpy.types.VIEW3D_MT_object.append(_draw_menu)
+    bpy.utils.register_preset_path(PRESET_PATH)
+
+
+def unregister() -> None:
+    """Take them away."""
+    bpy.utils.unregister_preset_path(PRESET_PATH)
+    bpy.types.VIEW3D_MT_object.remove(_draw_menu)

@@ -1,0 +1,267 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the worker can be asked: plain functions, arrays and plain values in and out.
+
+The child runs them, and so does Blender's own process where there is no child, with the same
+results. The last analyses are kept, by what they were made from, so that another ratio comes at
+once: an undo, a copy or a rename finds its analysis again and an edit misses it, without anything
+having to be told.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import salcore
+from ..geometry import topology
+from ..geometry.topology import MeshArrays, Reduced
+from ..salcore import Analysis, Cancelled, Parameters, SalcoreError, Simplification
+from ..salcore.progress import Callback, Progress
+
+__all__ = ["Cancelled", "SalcoreError", "forget", "run"]
+
+MAX_KEPT_POINTS = 3_000_000
+"""Points that kept analyses may have together; the last one is kept whatever it has."""
+ANALYSIS_SHARE = 0.4
+"""Of the time of a simplification, about."""
+INTEREST_COLOR, OTHER_COLOR = (0.9, 0.1, 0.05), (0.35, 0.35, 0.38)
+
+_analyses: dict[bytes, Analysis] = {}
+_seams: dict[bytes, NDArray[np.int64]] = {}
+"""Of the last mesh only."""
+_unmeasured: list[list[Simplification]] = []
+"""The last simplifications whose errors may be asked for, by request."""
+
+
+def run(request: dict[str, Any], progress: Callback | None = None) -> Any:
+    """Return the answer to a request: a task's name under "task", and its arguments.
+
+    Parameters
+    ----------
+    request : dict
+        Numbers, str, None, arrays, and lists and dicts of these.
+    progress : callable, optional
+        Called with stage and fraction; returning False cancels.
+
+    Raises
+    ------
+    SalcoreError
+        For a user's mistake, in a sentence.
+    Cancelled
+        If `progress` returned False.
+    """
+    arguments = dict(request)
+    task = TASKS[arguments.pop("task")]
+    return task(**arguments, work=Progress(progress))
+
+
+def forget() -> None:
+    """Forget all that is kept."""
+    _analyses.clear()
+    _seams.clear()
+    _unmeasured.clear()
+
+
+def simplify(
+    *,
+    points: Any,
+    normals: Any,
+    mesh: dict[str, Any] | None,
+    parameters: dict[str, Any],
+    targets: list[dict[str, float]],
+    protect: Any,
+    keep_seams: bool,
+    measurable: int | None,
+    work: Progress,
+) -> dict[str, Any]:
+    """Simplify a mesh or a cloud to several targets, from one analysis.
+
+    Parameters
+    ----------
+    points, normals : (n, 3) float64; normals or None
+    mesh : dict or None
+        Of `MeshArrays`; None for a cloud.
+    parameters : dict
+        Of `Parameters`.
+    targets : list of dict
+        One argument each of `Analysis.simplify`.
+    protect : (n,) bool or None
+    keep_seams : bool
+    measurable : int or None
+        Position among the requests whose errors `measure` will be asked for together; the first
+        one forgets the last ones. None for no errors.
+
+    Returns
+    -------
+    dict
+        "levels": of `Reduced`, one for each target.
+    """
+    shape = None if mesh is None else MeshArrays(**mesh)
+    faces = None if shape is None or not len(shape.first) else shape.faces
+    analysis = _analysis(points, faces, normals, parameters, work, ANALYSIS_SHARE)
+    seams = None
+    if shape is not None and keep_seams:
+        work.part(ANALYSIS_SHARE, ANALYSIS_SHARE, "Seams")
+        seams = _find_seams(shape)
+    if not measurable:
+        _unmeasured.clear()
+    levels, done = [], []
+    for k, target in enumerate(targets):
+        # The first target waits for the order of elimination, the others have it.
+        begin = ANALYSIS_SHARE if k == 0 else 0.9 + 0.1 * k / len(targets)
+        end = 0.9 + 0.1 * (k + 1) / len(targets)
+        part = work.portion(begin, end)
+        result = analysis.simplify(protect=protect, seams=seams, progress=part, **target)
+        work.part(end, end, "Attributes")
+        left = None if shape is None else topology.simplified(shape, result)
+        levels.append(Reduced(result.indices, result.positions, left).as_dict())
+        done.append(result)
+    if measurable is not None:
+        _unmeasured.append(done)
+    return {"levels": levels}
+
+
+def measure(*, work: Progress) -> list[dict[str, float]]:
+    """Measure the errors of the last simplifications; return "max", "mean" and "points" of each."""
+    waiting = [result for results in _unmeasured for result in results]
+    found = []
+    for k, result in enumerate(waiting):
+        errors = result.measure(work.portion(k / len(waiting), (k + 1) / len(waiting))).surface
+        found.append({"max": errors.max, "mean": errors.mean, "points": len(result.source)})
+    _unmeasured.clear()
+    return found
+
+
+def compare(
+    *, original: dict[str, Any], simplified: dict[str, Any], work: Progress
+) -> dict[str, Any]:
+    """Return the errors between two geometries of "points", "faces" and "normals"."""
+    work.part(0.0, 0.2, "Surfaces")
+    first = salcore.make_surface(**original)
+    work.part(0.1, 0.2, "Surfaces")
+    second = salcore.make_surface(**simplified)
+    errors = salcore.compare(first, second, progress=work.portion(0.2, 1.0)).as_dict()
+    return errors | {"points_before": len(first.points), "points_after": len(second.points)}
+
+
+def rank(
+    *,
+    points: Any,
+    normals: Any,
+    mesh: dict[str, Any] | None,
+    parameters: dict[str, Any],
+    protect: Any,
+    keep_seams: bool,
+    work: Progress,
+) -> dict[str, Any]:
+    """Return the order of removal, as `Ranking` has it."""
+    shape = None if mesh is None else MeshArrays(**mesh)
+    faces = None if shape is None or not len(shape.first) else shape.faces
+    analysis = _analysis(points, faces, normals, parameters, work, ANALYSIS_SHARE)
+    seams = None
+    if shape is not None and keep_seams:
+        work.part(ANALYSIS_SHARE, ANALYSIS_SHARE, "Seams")
+        seams = _find_seams(shape)
+    part = work.portion(ANALYSIS_SHARE, 1.0)
+    ranking = analysis.ranking(protect=protect, seams=seams, progress=part)
+    return {
+        "rank": ranking.rank.astype(np.int32),
+        "parent": ranking.parent.astype(np.int32),
+        "generations": ranking.generations,
+    }
+
+
+def saliency(
+    *, points: Any, faces: Any, normals: Any, parameters: dict[str, Any], work: Progress
+) -> dict[str, Any]:
+    """Return the saliency of every point, and its colour from blue to red."""
+    values = _analysis(points, faces, normals, parameters, work).saliency
+    return _shown(values.astype(np.float32), salcore.saliency_colors(values))
+
+
+def regions(
+    *, points: Any, faces: Any, normals: Any, parameters: dict[str, Any], work: Progress
+) -> dict[str, Any]:
+    """Return the region of every point, and a colour for each region."""
+    analysis = _analysis(points, faces, normals, parameters, work, 0.9)
+    work.part(0.9, 1.0, "Regions")
+    values = analysis.regions
+    return _shown(values.astype(np.int32), salcore.region_colors(values))
+
+
+def interest(
+    *,
+    points: Any,
+    faces: Any,
+    normals: Any,
+    parameters: dict[str, Any],
+    alpha: float,
+    work: Progress,
+) -> dict[str, Any]:
+    """Return whether a threshold keeps a point, and red for those it keeps."""
+    analysis = _analysis(points, faces, normals, parameters, work, ANALYSIS_SHARE)
+    result = analysis.simplify(alpha=alpha, progress=work.portion(ANALYSIS_SHARE, 1.0))
+    kept = np.zeros(len(result.source), dtype=bool)
+    kept[result.indices] = True
+    return _shown(kept, np.where(kept[:, None], INTEREST_COLOR, OTHER_COLOR))
+
+
+TASKS = {
+    task.__name__: task for task in (simplify, measure, compare, rank, saliency, regions, interest)
+}
+
+
+def _shown(values: NDArray[Any], rgb: Any) -> dict[str, Any]:
+    """Return values and opaque colours (n, 4)."""
+    colors = np.ones((len(values), 4), dtype=np.float32)
+    colors[:, :3] = rgb
+    return {"values": values, "colors": colors}
+
+
+def _analysis(
+    points: Any,
+    faces: Any,
+    normals: Any,
+    parameters: dict[str, Any],
+    work: Progress,
+    share: float = 1.0,
+) -> Analysis:
+    """Return the analysis of these arrays, a kept one where there is one."""
+    key = _digest(repr(sorted(parameters.items())), points, faces, normals)
+    analysis = _analyses.pop(key, None)
+    if analysis is None:
+        analysis = salcore.analyze(
+            points, faces, normals, Parameters(**parameters), progress=work.portion(0.0, share)
+        )
+    _analyses[key] = analysis
+    _drop_old(MAX_KEPT_POINTS)
+    return analysis
+
+
+def _drop_old(most: int) -> None:
+    """Drop the oldest analyses until the rest has few enough points."""
+    while len(_analyses) > 1 and sum(a.geometry.input_count for a in _analyses.values()) > most:
+        del _analyses[next(iter(_analyses))]
+
+
+def _find_seams(mesh: MeshArrays) -> NDArray[np.int64]:
+    """Return the edges that stay as lines; those of the last mesh are kept."""
+    arrays = (mesh.vertices, mesh.triangles, mesh.materials, mesh.marked_seams, *mesh.uv_maps)
+    key = _digest("", *arrays)
+    if key not in _seams:
+        found = topology.seams(mesh)
+        _seams.clear()
+        _seams[key] = found
+    return _seams[key]
+
+
+def _digest(words: str, *arrays: Any) -> bytes:
+    digest = hashlib.blake2b(words.encode(), digest_size=16)
+    for array in arrays:
+        digest.update(b"" if array is None else repr((array.dtype.str, array.shape)).encode())
+        if array is not None:
+            digest.update(np.ascontiguousarray(array).data)
+    return digest.digest()

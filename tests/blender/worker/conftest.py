@@ -1,0 +1,37 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A real child for every test, and none left afterwards."""
+
+import bpy
+import pytest
+from workers import children, wait_for
+
+
+@pytest.fixture
+def work(module):
+    """Return the add-on's module of work, with a child that is ready."""
+    found = module("operators.work")
+    found.stop()
+    assert children() == []
+    found.host.start()
+    wait_for(found.host, "idle")
+    yield found
+    found.stop()
+    assert children() == []
+
+
+@pytest.fixture
+def request_of(module):
+    """Return a function that makes a request about the active object."""
+
+    def make(task="simplify", ratio=0.2, measurable=None, **settings):
+        sources = module("geometry.sources")
+        parameters = module("salcore").Parameters(error_unit="length", **settings)
+        source = sources.originals(bpy.context)[0]
+        words = {"task": task, "parameters": parameters.as_dict()}
+        if task not in ("simplify", "rank"):
+            return words | sources.geometry(source)
+        if task == "simplify":
+            words |= {"targets": [{"ratio": ratio}], "measurable": measurable}
+        return words | sources.geometry_with_mesh(source, "", True)
+
+    return make
