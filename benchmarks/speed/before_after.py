@@ -148,29 +148,26 @@ def same_bits(a: np.ndarray, b: np.ndarray) -> bool:
     return a.dtype == b.dtype and a.shape == b.shape and a.tobytes() == b.tobytes()
 
 
-def rows_in_one(a: np.ndarray, b: np.ndarray) -> int:
-    """Return how many rows (faces, as they are written) only one of two arrays has."""
-    first, second = (set(map(tuple, rows.tolist())) for rows in (a, b))
-    return len(first ^ second)
+def in_input(name: str, arrays: dict[str, np.ndarray]) -> np.ndarray:
+    """Return an array with positions in `indices` replaced by the input points they stand for."""
+    target, _, kind = name.rpartition("/")
+    value = arrays[name]
+    if kind not in ("faces", "source"):
+        return value
+    points = np.append(arrays[f"{target}/indices"], -1)  # -1 stays -1
+    return points[value]
 
 
-def difference(name: str, a: np.ndarray | None, b: np.ndarray | None) -> str:
+def difference(name: str, a: np.ndarray, b: np.ndarray) -> str:
     """Say in a few words how far two arrays differ."""
-    if a is None or b is None:
-        only = "after" if a is None else "before"
-        value = b if a is None else a
-        return f"{name} only {only}" + (
-            f" ({value})" if value is not None and not value.ndim else ""
-        )
-    if not a.ndim:
-        return f"{name}: {a} / {b}"
-    kind = name.rsplit("/")[-1]
+    kind = name.rpartition("/")[2]
     if kind == "indices":
         return (
             f"{name}: {len(np.setxor1d(a, b))} points kept by one alone, of {len(a)} and {len(b)}"
         )
     if kind == "faces":
-        return f"{name}: {rows_in_one(a, b)} faces of one alone, of {len(a)} and {len(b)}"
+        first, second = (set(map(tuple, rows.tolist())) for rows in (a, b))
+        return f"{name}: {len(first ^ second)} faces of one alone, of {len(a)} and {len(b)}"
     if a.shape != b.shape or a.dtype != b.dtype:
         return f"{name}: {a.shape} {a.dtype} / {b.shape} {b.dtype}"
     text = f"{name}: {np.count_nonzero((a != b).reshape(len(a), -1).any(axis=1))} of {len(a)} rows"
@@ -181,14 +178,22 @@ def difference(name: str, a: np.ndarray | None, b: np.ndarray | None) -> str:
     return text
 
 
+def failure(arrays: dict[str, np.ndarray]) -> str:
+    """Return why a state has no results, or not all; empty if it has them."""
+    return "; ".join(f"{key}: {arrays[key]}" for key in ("refusal", "crash") if key in arrays)
+
+
 def differences(before: dict[str, np.ndarray], after: dict[str, np.ndarray]) -> list[str]:
-    """Return a few words about each array that differs."""
+    """Return a few words about each array that differs, or about a failure of one state alone."""
+    if failure(before) != failure(after):
+        return [f"{failure(before) or 'results'} / {failure(after) or 'results'}"]
     names = dict.fromkeys([*before, *after])
-    pairs = ((name, before.get(name), after.get(name)) for name in names)
-    return [
-        difference(name, a, b)
-        for name, a, b in pairs
-        if a is None or b is None or not same_bits(a, b)
+    alone = [name for name in names if name not in before or name not in after]
+    differ = [
+        name for name in names if name not in alone and not same_bits(before[name], after[name])
+    ]
+    return [f"{name}: returned by one alone" for name in alone] + [
+        difference(name, in_input(name, before), in_input(name, after)) for name in differ
     ]
 
 
@@ -211,9 +216,7 @@ def compare_results(states: list[Path], inputs: list[tuple[Input, Path]]) -> boo
                 )
                 found = differences(before, after)
                 all_same &= not found
-                note = "; ".join(found) or "; ".join(
-                    f"both: {before[key]}" for key in ("refusal", "crash") if key in before
-                )
+                note = "; ".join(found) or failure(before)
                 cells = [item.name, preset, str(len(before)), "no" if found else "yes", note]
                 print("| " + " | ".join(cells) + " |", flush=True)
     return all_same
