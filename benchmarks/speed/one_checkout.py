@@ -20,11 +20,10 @@ from types import ModuleType
 from typing import Any
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from benchmarks.common.memory import peak, reset_peak
+from benchmarks.speed.floor import floor
 
-NEIGHBORS = 17
 RATIO, FURTHER = 0.1, 0.05
 ALPHA = 30.0
 LARGEST_ERROR = 0.002
@@ -53,12 +52,6 @@ def cpu_seconds(function: Callable[[], Any]) -> tuple[float, Any]:
     begun = time.process_time()
     result = function()
     return time.process_time() - begun, result
-
-
-def floor(points: np.ndarray) -> None:
-    """Do what any method on a neighbourhood does, to compare times with."""
-    finite = points[np.isfinite(points).all(axis=1)]
-    cKDTree(finite).query(finite, k=NEIGHBORS, workers=-1)
 
 
 def warm_up(salcore: ModuleType) -> None:
