@@ -63,6 +63,7 @@ STAGES = {
     "analyze": "analyze, CPU s",
     "order": "order and cut to 10 %, CPU s",
     "cut": "further cut to 5 %, CPU s",
+    "regions": "regions, asked for, CPU s",
     "memory": "peak, bytes a point",
 }
 

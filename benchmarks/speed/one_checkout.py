@@ -71,12 +71,14 @@ def measure(salcore: ModuleType, points: np.ndarray, faces: np.ndarray | None) -
     analyze, analysis = cpu_seconds(lambda: salcore.analyze(points, faces))
     order, _ = cpu_seconds(lambda: analysis.simplify(ratio=RATIO))
     memory = peak() - before
+    regions, _ = cpu_seconds(lambda: analysis.regions)  # where they are only made when asked for
     cuts = [cpu_seconds(lambda: analysis.simplify(ratio=FURTHER))[0] for _ in range(CUTS)]
     return {
         "floor": cpu_seconds(lambda: floor(points))[0],  # last, so that memory is not its own
         "analyze": analyze,
         "order": order,
         "cut": min(cuts),
+        "regions": regions,
         "memory": memory,
     }
 
