@@ -1,23 +1,28 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The Blender extension's own figures: bridge, a second ratio, time slices.
+"""The Blender extension's own figures: to arrays and back, and a second ratio.
 
-Run ``python benchmarks/blender.py --models FOLDER`` with bpy installed. The folder holds
-dragon_vrip.ply and autzen_crop_1M.ply; what is missing is named.
+    python -m benchmarks.speed.blender [--models FOLDER]
+
+Needs bpy, and dragon_vrip.ply in the folder of models. What the window waits for while the worker
+process works is measured by `benchmarks.speed.worker`.
 """
+
+from __future__ import annotations
 
 import argparse
 import importlib
 import importlib.util
 import os
-import sys
 import tempfile
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-ROOT = Path(__file__).parents[1]
+from benchmarks.common.models import ROOT, add_models_option, present
+
 NAME = "bl_ext.user_default.salient_simplify"
 
 
@@ -66,28 +71,21 @@ def points_object(points: Any, **floats: Any) -> Any:
     return link(mesh)
 
 
-def bridge(module: Any, count: int = 1_000_000) -> None:
+def bridge(module: Any, count: int) -> None:
     """Time the way from an object to arrays, and from a result to a new object that keeps all."""
     rng = np.random.default_rng(0)
     obj = points_object(rng.random((count, 3)), a=rng.random(count), b=rng.random(count))
     sources, results = module("sources"), module("results")
     source = sources.Source([obj], obj.data)
-    salcore = module("salcore")
-    few = salcore.simplify(rng.random((100, 3)), ratio=1.0)
-
-    class All:
-        """A result that keeps every point: no time of the core's is in it."""
-
-        indices = source_of = np.arange(count)
-        source, faces, face_source, positions = source_of, None, None, None
-        edge_source = few.edge_source
-
+    few = module("salcore").simplify(rng.random((100, 3)), ratio=1.0)
+    everything = np.arange(count)
+    result = replace(few, indices=everything, source=everything)  # no time of the core's is in it
     for _ in range(3):
         begun = time.perf_counter()
         module("bridge").read(obj.data, obj.matrix_world)
         read = time.perf_counter() - begun
         begun = time.perf_counter()
-        made = results.add(source, All(), "_copy")
+        made = results.add(source, result, "_copy")
         write = time.perf_counter() - begun
         assert len(made[0].data.vertices) == count
         print(f"bridge, {count:,} points: {read:.3f} s to arrays, {write:.3f} s to a new object")
@@ -110,55 +108,16 @@ def second_ratio(path: Path) -> None:
             print(f"Simplify to {ratio}, {points:,} points, measure={measure}: {spent:.2f} s")
 
 
-def slices(module: Any, path: Path) -> None:
-    """Time every slice of the work that the modal operator does."""
-    import bpy
-
-    bpy.ops.wm.read_factory_settings(use_empty=True)
-    bpy.ops.preferences.addon_enable(module=NAME)
-    bpy.ops.wm.ply_import(filepath=str(path))
-    bpy.context.object.select_set(True)
-    sources, jobs = module("sources"), module("jobs")
-    parameters = module("salcore").Parameters(error_unit="length")
-
-    def steps_of(source: Any) -> Any:
-        return sources.simplification_steps(source, parameters, {"ratio": 0.1}, "")
-
-    job = jobs.Job(sources.each(sources.originals(bpy.context), steps_of))
-    spent = []
-    done = False
-    while not done:
-        begun = time.perf_counter()
-        done = job.advance(jobs.SLICE)
-        spent.append(time.perf_counter() - begun)
-    begun = time.perf_counter()
-    for source, result in job.result:
-        module("results").add(source, result, "_new")
-    spent.append(time.perf_counter() - begun)
-    half, most = np.percentile(spent, [50, 99])
-    print(
-        f"{path.name}: {len(spent)} slices, median {half:.3f} s, 99th percentile {most:.3f} s, "
-        f"longest {max(spent):.3f} s, {np.sum(np.array(spent) > 0.2)} over 0.2 s"
-    )
-
-
 def main() -> None:
     """Print all figures."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--models", type=Path, default=Path(os.environ.get("SALIENT_MODELS", ".")))
-    folder = parser.parse_args().models
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--points", type=int, default=1_000_000, help="of the object that is read")
+    add_models_option(parser)
+    options = parser.parse_args()
     with tempfile.TemporaryDirectory() as user:
-        module = enable(user)
-        bridge(module)
-        for name, run in (
-            ("dragon_vrip.ply", second_ratio),
-            ("autzen_crop_1M.ply", lambda path: slices(module, path)),
-            ("dragon_vrip.ply", lambda path: slices(module, path)),
-        ):
-            if (folder / name).exists():
-                run(folder / name)
-            else:
-                print(f"{folder / name}: not there", file=sys.stderr)
+        bridge(enable(user), options.points)
+        for path in present([options.models / "dragon_vrip.ply"]):
+            second_ratio(path)
 
 
 if __name__ == "__main__":
