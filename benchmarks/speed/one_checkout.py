@@ -5,7 +5,8 @@
     python -m benchmarks.speed.one_checkout CHECKOUT results INPUT.npz OUTPUT.npz
 
 The first prints CPU seconds and memory as JSON, the second writes all arrays that a caller sees.
-Only public names are used that every state of the core has: `analyze` and `Analysis.simplify`.
+Only public names are used that every state of the core has: `analyze`, `Analysis.simplify` and the
+report. Thorough results are those of more targets, and the errors of each.
 """
 
 from __future__ import annotations
@@ -83,11 +84,19 @@ def measure(salcore: ModuleType, points: np.ndarray, faces: np.ndarray | None) -
     }
 
 
-def simplified(name: str, result: Any) -> dict[str, np.ndarray]:
+def simplified(name: str, result: Any, thorough: bool) -> dict[str, np.ndarray]:
     """Return the arrays of a simplification, under a name."""
     fields = ("indices", "source", "faces", "face_source", "positions")
     arrays = {field: getattr(result, field) for field in fields}
+    if thorough:
+        arrays["errors"] = numbers(result.report.errors.as_dict())
     return {f"{name}/{key}": value for key, value in arrays.items() if value is not None}
+
+
+def numbers(figures: dict[str, Any]) -> np.ndarray:
+    """Return the numbers in nested dicts, in their order."""
+    parts = [numbers(x) if isinstance(x, dict) else np.array([x]) for x in figures.values()]
+    return np.concatenate(parts)
 
 
 def results(
@@ -105,11 +114,11 @@ def results(
             targets.append({"max_error": LARGEST_ERROR})
         for target in targets:
             name = " ".join(f"{key} {value:g}" for key, value in target.items())
-            found |= simplified(name, analysis.simplify(**target))
+            found |= simplified(name, analysis.simplify(**target), thorough)
         if thorough and faces is not None:
             moved = replace(parameters, placement="optimal")
             analysis = salcore.analyze(points, faces, parameters=moved)
-            found |= simplified("optimal placement", analysis.simplify(ratio=RATIO))
+            found |= simplified("optimal placement", analysis.simplify(ratio=RATIO), thorough)
     except salcore.SalcoreError as error:
         found["refusal"] = np.array(f"{type(error).__name__}: {error}")
     return found
