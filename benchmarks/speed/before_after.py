@@ -61,9 +61,9 @@ NASTY = "nasty"  # a folder of models; every file in it is compared
 STAGES = {
     "floor": "floor, CPU s",
     "analyze": "analyze, CPU s",
+    "regions": "analyze, and regions, CPU s",
     "order": "order and cut to 10 %, CPU s",
     "cut": "further cut to 5 %, CPU s",
-    "regions": "regions, asked for, CPU s",
     "memory": "peak, bytes a point",
 }
 

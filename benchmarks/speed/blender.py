@@ -10,36 +10,15 @@ process works is measured by `benchmarks.speed.worker`.
 from __future__ import annotations
 
 import argparse
-import importlib
-import importlib.util
-import os
 import tempfile
 import time
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from benchmarks.common.models import ROOT, add_models_option, present
-
-NAME = "bl_ext.user_default.salient_simplify"
-
-
-def enable(folder: str) -> Any:
-    """Lay the extension into a user folder, enable it, and return a function that finds modules."""
-    os.environ["BLENDER_USER_RESOURCES"] = folder  # before bpy is imported
-    spec = importlib.util.spec_from_file_location("package", ROOT / "blender_addon" / "package.py")
-    assert spec is not None
-    assert spec.loader is not None
-    package = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(package)
-    package.stage(Path(folder) / "extensions" / "user_default" / "salient_simplify")
-    import bpy
-
-    bpy.ops.wm.read_factory_settings(use_empty=True)
-    bpy.ops.preferences.addon_enable(module=NAME)
-    return lambda name: importlib.import_module(f"{NAME}.{name}")
+from benchmarks.common.models import add_models_option, present
+from benchmarks.speed.worker import NAME, enable
 
 
 def link(data: Any) -> Any:
@@ -75,17 +54,18 @@ def bridge(module: Any, count: int) -> None:
     """Time the way from an object to arrays, and from a result to a new object that keeps all."""
     rng = np.random.default_rng(0)
     obj = points_object(rng.random((count, 3)), a=rng.random(count), b=rng.random(count))
-    sources, results = module("sources"), module("results")
+    sources, results = module("geometry.sources"), module("geometry.results")
+    topology = module("geometry.topology")
     source = sources.Source([obj], obj.data)
-    few = module("salcore").simplify(rng.random((100, 3)), ratio=1.0)
-    everything = np.arange(count)
-    result = replace(few, indices=everything, source=everything)  # no time of the core's is in it
+    none, no_edges = np.empty(0, dtype=np.int32), np.empty((0, 2), dtype=np.int32)
+    points_only = topology.Topology(none, none, none, none, none, no_edges, none)
+    everything = topology.Reduced(np.arange(count), None, points_only)
     for _ in range(3):
         begun = time.perf_counter()
-        module("bridge").read(obj.data, obj.matrix_world)
+        module("geometry.read").arrays(obj.data, obj.matrix_world)
         read = time.perf_counter() - begun
         begun = time.perf_counter()
-        made = results.add(source, result, "_copy")
+        made = results.add(source, everything, "_copy")
         write = time.perf_counter() - begun
         assert len(made[0].data.vertices) == count
         print(f"bridge, {count:,} points: {read:.3f} s to arrays, {write:.3f} s to a new object")

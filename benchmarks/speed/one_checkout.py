@@ -77,9 +77,9 @@ def measure(salcore: ModuleType, points: np.ndarray, faces: np.ndarray | None) -
     return {
         "floor": cpu_seconds(lambda: floor(points))[0],  # last, so that memory is not its own
         "analyze": analyze,
+        "regions": analyze + regions,
         "order": order,
         "cut": min(cuts),
-        "regions": regions,
         "memory": memory,
     }
 
