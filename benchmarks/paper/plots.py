@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The plots of paper.py."""
+"""The plots of `benchmarks.paper.tables`."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from plots import finish
+
+from benchmarks.peers.plots import finish
 
 LINES = {"paper": "--", "default": "-"}
 

@@ -13,6 +13,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
+from benchmarks.common.models import load
+
 
 class Shape(NamedTuple):
     """A model: its points, its faces or None, a unit normal and a measure of bend at each point."""
@@ -55,17 +57,12 @@ def read(path: Path) -> Shape:
 
     Centred, because several peers work in single precision.
     """
-    import pymeshlab
-
-    meshes = pymeshlab.MeshSet(verbose=False)
-    meshes.load_new_mesh(str(path))
-    mesh = meshes.current_mesh()
-    points, faces = mesh.vertex_matrix(), mesh.face_matrix()
-    if len(faces):
+    points, faces = load(path)
+    if faces is not None:
         used, faces = np.unique(faces, return_inverse=True)
         points, faces = points[used], faces.reshape(-1, 3).astype(np.int64)
     points = points - (points.min(axis=0) + points.max(axis=0)) / 2
-    return mesh_shape(points, faces) if len(faces) else cloud_shape(points)
+    return cloud_shape(points) if faces is None else mesh_shape(points, faces)
 
 
 def mesh_shape(points: np.ndarray, faces: np.ndarray) -> Shape:

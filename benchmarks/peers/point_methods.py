@@ -10,9 +10,10 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
-from rivals import NEAR, Outcome, Ready, Unreachable, halve, rival, seek
 from scipy.spatial import cKDTree
-from shapes import Shape
+
+from benchmarks.common.shapes import Shape
+from benchmarks.peers.registry import NEAR, OURS, Outcome, Ready, Unreachable, halve, method, seek
 
 
 def chosen(indices: np.ndarray) -> Outcome:
@@ -55,7 +56,7 @@ def clustered(
     return nearest_of_cells(features, cKDTree(centres).query(features, workers=-1)[1])
 
 
-@rival("random", "numpy")
+@method("random", "numpy")
 def random(shape: Shape, count: int) -> Ready:
     """Draw points."""
     return Ready(
@@ -63,7 +64,7 @@ def random(shape: Shape, count: int) -> Ready:
     )
 
 
-@rival("voxel grid", "open3d")
+@method("voxel grid", "open3d")
 def voxel(shape: Shape, count: int) -> Ready:
     """Take the mean of each cell of a grid."""
     import open3d
@@ -81,7 +82,7 @@ def voxel(shape: Shape, count: int) -> Ready:
     )
 
 
-@rival("farthest point", "fpsample")
+@method("farthest point", "fpsample")
 def farthest(shape: Shape, count: int) -> Ready:
     """Take the farthest point again and again (Moenning and Dodgson's class)."""
     import fpsample
@@ -93,7 +94,7 @@ def farthest(shape: Shape, count: int) -> Ready:
     )
 
 
-@rival("Poisson disk", "pymeshlab")
+@method("Poisson disk", "pymeshlab")
 def poisson(shape: Shape, count: int) -> Ready:
     """Take points no two of which are close."""
     import pymeshlab
@@ -108,7 +109,7 @@ def poisson(shape: Shape, count: int) -> Ready:
     return Ready(lambda: sample(number), lambda result: snapped(shape, result))
 
 
-@rival("hierarchy", "cgal", most=500_000)
+@method("hierarchy", "cgal", most=500_000)
 def hierarchy(shape: Shape, count: int) -> Ready:
     """Split clusters by their variation (Pauly's class)."""
     from CGAL.CGAL_Kernel import Point_3
@@ -147,7 +148,7 @@ def hierarchy(shape: Shape, count: int) -> Ready:
     return Ready(work, read)
 
 
-@rival("k-means with normals", "scipy", most=200_000)
+@method("k-means with normals", "scipy", most=200_000)
 def means_with_normals(shape: Shape, count: int) -> Ready:
     """Cluster places and normals together (Shi's class)."""
     spacing = shape.diagonal / count**0.5
@@ -156,7 +157,7 @@ def means_with_normals(shape: Shape, count: int) -> Ready:
     return Ready(lambda: clustered(features, np.ones(len(features)), seeds), chosen)
 
 
-@rival("curvature-weighted clusters", "scipy", most=200_000)
+@method("curvature-weighted clusters", "scipy", most=200_000)
 def curvature_weighted(shape: Shape, count: int) -> Ready:
     """Cluster with more seeds and more weight where the surface bends (Miao's class)."""
     weights = shape.bend / shape.bend.mean() + 0.2
@@ -166,7 +167,7 @@ def curvature_weighted(shape: Shape, count: int) -> Ready:
     return Ready(lambda: clustered(shape.points, weights, seeds), chosen)
 
 
-@rival("grid with normals", "numpy")
+@method("grid with normals", "numpy")
 def grid_with_normals(shape: Shape, count: int) -> Ready:
     """Split a grid's cells while their normals differ (Lee's class)."""
     least, side = shape.points.min(axis=0), np.ptp(shape.points, axis=0).max() * 1.001
@@ -196,7 +197,7 @@ def grid_with_normals(shape: Shape, count: int) -> Ready:
     return Ready(lambda: nearest_of_cells(shape.points, cells(spread)), chosen)
 
 
-@rival("ours, cloud", "salient-simplify")
+@method("ours, cloud", OURS)
 def ours_cloud(shape: Shape, count: int) -> Ready:
     """Order all points by elimination; faces are not looked at."""
     import salcore
@@ -204,7 +205,7 @@ def ours_cloud(shape: Shape, count: int) -> Ready:
     return Ready(lambda: chosen(salcore.simplify(shape.points, count=count).indices))
 
 
-@rival("ours, threshold α", "salient-simplify", most=200_000)
+@method("ours, threshold α", OURS, most=200_000)
 def ours_threshold(shape: Shape, count: int) -> Ready:
     """Keep the paper's interest points, with the narrowest guard against gaps that allows it."""
     import salcore

@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The paper's tables 1 and 2 and figures 6 and 12 to 15, beside what both presets give.
 
-    python benchmarks/paper.py [--models FOLDER] [--figures FOLDER] [--only bunny laurana dragon]
+    python -m benchmarks.paper.tables [--models FOLDER] [--figures FOLDER]
+        [--only bunny laurana dragon]
 
 Writes paper.md and plots. All models are bare points, as in the paper: faces are not looked at.
 """
@@ -16,10 +17,10 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-import paper_plots
-from analysis import load
 
 import salcore
+from benchmarks.common.models import add_models_option, load, present
+from benchmarks.paper import plots
 
 FILES = {"bunny": "bun_zipper.ply", "laurana": "Laurana50k.ply", "dragon": "dragon_vrip.ply"}
 PRESETS = ("paper", "default")
@@ -162,24 +163,25 @@ def page(studies: list[Study], figures: Path) -> str:
     small = [by_name[name] for name in ("bunny", "laurana") if name in by_name]
     if "laurana" in by_name:
         parts.append("## Table 2 (figure 13)\n\n" + table_2(by_name["laurana"]))
-        paper_plots.figure_12(by_name["laurana"], PRESETS, ALPHAS, figures / "figure_6_12.png")
-        paper_plots.figure_13(by_name["laurana"], PRESETS, figures / "figure_13.png")
+        plots.figure_12(by_name["laurana"], PRESETS, ALPHAS, figures / "figure_6_12.png")
+        plots.figure_13(by_name["laurana"], PRESETS, figures / "figure_13.png")
         parts.append(PICTURES)
     if small:
         rates = {study.name: curves(study) for study in small}
-        paper_plots.figure_14(rates, CURVE_ALPHAS, PRINTED_1, by_name, figures / "figure_14.svg")
+        plots.figure_14(rates, CURVE_ALPHAS, PRINTED_1, by_name, figures / "figure_14.svg")
         parts.append(FIGURE_14)
         found = {(s.name, preset): noise_rows(s, preset) for s in small for preset in PRESETS}
-        paper_plots.figure_15(found, figures / "figure_15.svg")
+        plots.figure_15(found, figures / "figure_15.svg")
         parts.append(FIGURE_15 + noise_table(found))
     return "\n\n".join(parts) + "\n"
 
 
 HEAD = """# The paper's tables and figures
 
-`python benchmarks/paper.py --models FOLDER` writes this page and its plots; docs/evidence.md says
-what they mean. The rate is the paper's: the share of the points that went. All models are bare
-points. Δmax and Δavg are (5.1) and (5.2), from original points to the nearest kept one."""
+`python -m benchmarks.paper.tables --models FOLDER` writes this page and its plots;
+docs/evidence.md says what they mean. The rate is the paper's: the share of the points that went.
+All models are bare points. Δmax and Δavg are (5.1) and (5.2), from original points to the nearest
+kept one."""
 PICTURES = """## Figures 6, 12 and 13
 
 ![Saliency, and points kept at three thresholds](figure_6_12.png)
@@ -204,18 +206,16 @@ points to those kept of them.
 def main() -> None:
     """Measure the models that are there."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--models", type=Path, default=Path("../shared/models"))
+    add_models_option(parser)
     parser.add_argument("--figures", type=Path, default=Path("docs/figures"))
     parser.add_argument("--only", nargs="+", default=list(FILES), choices=list(FILES))
     options = parser.parse_args()
     options.figures.mkdir(parents=True, exist_ok=True)
-    studies = []
-    for name in options.only:
-        path = options.models / FILES[name]
-        if path.exists():
-            studies.append(Study(name, load(path, "cloud")[0]))
-        else:
-            print(f"missing: {path}")
+    studies = [
+        Study(name, load(path, cloud=True)[0])
+        for name in options.only
+        for path in present([options.models / FILES[name]])
+    ]
     (options.figures / "paper.md").write_text(page(studies, options.figures))
 
 

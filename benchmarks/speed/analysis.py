@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Time and memory of the analysis and of a simplification, against a floor in the same run.
 
-    python benchmarks/analysis.py [--models FOLDER] [--repeat N]
+    python -m benchmarks.speed.analysis [--models FOLDER] [--repeat N]
 
 The floor is what any method on a neighbourhood pays: ``cKDTree(points)`` and its query for 17
 nearest points. Times are the best of the repeats. Memory is the growth of the process's peak
@@ -19,12 +19,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-import pymeshlab
-from memory import peak, reset_peak
-from scipy.spatial import cKDTree
-
 import salcore
+from benchmarks.common.memory import peak, reset_peak
+from benchmarks.common.models import ROOT, add_models_option, load, present
+from benchmarks.speed.floor import floor
 
 ROWS = [
     ("dragon_vrip.ply", "mesh"),
@@ -32,14 +30,6 @@ ROWS = [
     ("autzen_crop_100k.ply", "cloud"),
     ("autzen_crop_1M.ply", "cloud"),
 ]
-
-
-def load(path: Path, kind: str) -> tuple[np.ndarray, np.ndarray | None]:
-    """Return the points, and the faces of a mesh."""
-    meshes = pymeshlab.MeshSet()
-    meshes.load_new_mesh(str(path))
-    mesh = meshes.current_mesh()
-    return mesh.vertex_matrix(), mesh.face_matrix() if kind == "mesh" else None
 
 
 def best(function: Callable[[], Any], repeat: int) -> tuple[float, Any]:
@@ -52,14 +42,9 @@ def best(function: Callable[[], Any], repeat: int) -> tuple[float, Any]:
     return min(seconds), result
 
 
-def floor(points: np.ndarray) -> None:
-    """Do the work that times are compared with."""
-    cKDTree(points).query(points, k=17, workers=-1)
-
-
 def measure(path: Path, kind: str, repeat: int) -> dict[str, Any]:
     """Return one row of figures."""
-    points, faces = load(path, kind)
+    points, faces = load(path, cloud=kind == "cloud")
     salcore.analyze(points[:1000])  # what the first call loads is not the analysis's memory
     reset_peak()
     before = peak()
@@ -113,7 +98,7 @@ def table(rows: list[dict[str, Any]]) -> str:
 def main() -> None:
     """Measure every row in a process of its own and print the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--models", type=Path, default=Path("../shared/models"))
+    add_models_option(parser)
     parser.add_argument("--repeat", type=int, default=3)
     parser.add_argument("--row", nargs=2, help=argparse.SUPPRESS)
     options = parser.parse_args()
@@ -123,12 +108,13 @@ def main() -> None:
         return
     rows = []
     for name, kind in ROWS:
-        if not (options.models / name).exists():
-            print(f"missing: {options.models / name}", file=sys.stderr)
+        if not present([options.models / name]):
             continue
-        command = [sys.executable, __file__, "--models", str(options.models)]
-        command += ["--repeat", str(options.repeat), "--row", name, kind]
-        done = subprocess.run(command, check=True, capture_output=True, text=True)
+        command = [sys.executable, "-m", "benchmarks.speed.analysis"]
+        command += ["--models", str(options.models.resolve()), "--repeat", str(options.repeat)]
+        done = subprocess.run(
+            [*command, "--row", name, kind], cwd=ROOT, check=True, stdout=subprocess.PIPE, text=True
+        )
         rows.append(json.loads(done.stdout.splitlines()[-1]))
     print(table(rows))
 

@@ -21,11 +21,12 @@ from pathlib import Path
 import numpy as np
 import open3d
 import pymeshlab
-from rivals import Outcome
 from scipy import sparse
 from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
-from shapes import Shape
+
+from benchmarks.common.shapes import Shape
+from benchmarks.peers.registry import Outcome
 
 SAMPLES = 200_000
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The tables of peers.md, from peers.json; with plots.py the plots beside them."""
+"""The tables of peers.md, from peers.json, and the plots beside them."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ import math
 from pathlib import Path
 from typing import Any
 
-import plots
-from rivals import RIVALS
+from benchmarks.peers import plots
+from benchmarks.peers.registry import METHODS
 
 Row = dict[str, Any]
 
@@ -49,8 +49,8 @@ RATIOS = (0.1, 0.02)  # of the tables; further ones are for the plot
 
 HEAD = """# All methods at equal count
 
-`python benchmarks/peers.py --models FOLDER --blender PYTHON` writes this page, `peers.json` and
-the plots; docs/evidence.md says what they mean. Lengths are per cent of the diagonal of the
+`python -m benchmarks.peers.compare --models FOLDER --blender PYTHON` writes this page, `peers.json`
+and the plots; docs/evidence.md says what they mean. Lengths are per cent of the diagonal of the
 bounding box, distances from the original to the result:
 
 - **mesh**: from 200 000 samples of the original surface to the mesh that the method returned;
@@ -232,7 +232,7 @@ def write(figures: Path) -> None:
     for row in rows:
         if row.get("ratio") in RATIOS:
             blocks.setdefault((row["model"], row["ratio"]), []).append(row)
-    versions = {RIVALS[row["method"]].package: row["version"] for row in rows if "version" in row}
+    versions = {METHODS[row["method"]].package: row["version"] for row in rows if "version" in row}
     with_versions = ", ".join(f"{name} {version}" for name, version in sorted(versions.items()))
     absent = sorted({f"{row['method']} ({row['missing']})" for row in rows if "missing" in row})
     parts = [HEAD, f"Machine: {data['machine']}. Versions: {with_versions}."]

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What each part of the paper adds, at equal count.
 
-    python benchmarks/ablation.py [--models FOLDER] [--figures FOLDER]
+    python -m benchmarks.paper.ablation [--models FOLDER] [--figures FOLDER]
 
 Writes ablation.md. First the order of elimination with parts taken out or put in; then the paper's
-threshold, built up part by part. Errors are those of quality.py.
+threshold, built up part by part. Errors are those of benchmarks/peers/quality.py.
 """
 
 from __future__ import annotations
@@ -16,11 +16,12 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from quality import Judge
-from rivals import Outcome
-from shapes import Shape, read
 
 import salcore
+from benchmarks.common.models import add_models_option, present
+from benchmarks.common.shapes import Shape, read
+from benchmarks.peers.quality import Judge
+from benchmarks.peers.registry import Outcome
 
 MODELS = ("bun_zipper.ply", "Laurana50k.ply", "fandisk.obj", "rockerArm.ply")
 RATIOS = (0.1, 0.02)
@@ -149,7 +150,7 @@ def page(judges: list[Judge], names: list[str]) -> str:
     """Return the whole page."""
     return f"""# What each part of the paper adds
 
-`python benchmarks/ablation.py --models FOLDER` writes this page. Models: {", ".join(names)}.
+`python -m benchmarks.paper.ablation --models FOLDER` writes this page. Models: {", ".join(names)}.
 
 ## In the order of elimination
 
@@ -173,13 +174,10 @@ random points (*of chance*), and of as many points of the order of elimination o
 def main() -> None:
     """Measure on the models that are there."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--models", type=Path, default=Path("../shared/models"))
+    add_models_option(parser)
     parser.add_argument("--figures", type=Path, default=Path("docs/figures"))
     options = parser.parse_args()
-    paths = [options.models / name for name in MODELS]
-    for path in (path for path in paths if not path.exists()):
-        print(f"missing: {path}")
-    paths = [path for path in paths if path.exists()]
+    paths = present(options.models / name for name in MODELS)
     options.figures.mkdir(parents=True, exist_ok=True)
     text = page([Judge(read(path)) for path in paths], [path.stem for path in paths])
     (options.figures / "ablation.md").write_text(text)

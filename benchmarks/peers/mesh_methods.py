@@ -9,9 +9,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from rivals import Outcome, Ready, rival, seek
 from scipy.spatial import cKDTree
-from shapes import Shape
+
+from benchmarks.common.shapes import Shape
+from benchmarks.peers.registry import OURS, Outcome, Ready, method, seek
 
 
 def used(points: np.ndarray, faces: np.ndarray) -> int:
@@ -54,21 +55,21 @@ def meshlab(shape: Shape, count: int, optimal: bool) -> tuple[Any, Any]:
     return lambda: decimate(meshes, faces), read
 
 
-@rival("MeshLab QEM, original vertices", "pymeshlab", faces=True)
+@method("MeshLab QEM, original vertices", "pymeshlab", faces=True)
 def meshlab_original(shape: Shape, count: int) -> Ready:
     """Collapse edges into one of their ends."""
     work, read = meshlab(shape, count, optimal=False)
     return Ready(work, lambda result: original(shape, *read(result)))
 
 
-@rival("MeshLab QEM, optimal placement", "pymeshlab", faces=True)
+@method("MeshLab QEM, optimal placement", "pymeshlab", faces=True)
 def meshlab_optimal(shape: Shape, count: int) -> Ready:
     """Collapse edges into the best point."""
     work, read = meshlab(shape, count, optimal=True)
     return Ready(work, lambda result: own(*read(result)))
 
 
-@rival("meshoptimizer", "meshoptimizer", faces=True)
+@method("meshoptimizer", "meshoptimizer", faces=True)
 def meshoptimizer_subset(shape: Shape, count: int) -> Ready:
     """Collapse edges into one of their ends (zeux's)."""
     import meshoptimizer
@@ -87,7 +88,7 @@ def meshoptimizer_subset(shape: Shape, count: int) -> Ready:
     return Ready(lambda: simplified(faces), lambda result: original(shape, shape.points, result))
 
 
-@rival("fast-simplification", "fast-simplification", faces=True)
+@method("fast-simplification", "fast-simplification", faces=True)
 def fast(shape: Shape, count: int) -> Ready:
     """Collapse edges in passes of a rising threshold, into the best point (sp4cerat's)."""
     import fast_simplification
@@ -102,7 +103,7 @@ def fast(shape: Shape, count: int) -> Ready:
     return Ready(lambda: simplified(faces), lambda result: own(*result))
 
 
-@rival("Blender Decimate", "bpy", faces=True)
+@method("Blender Decimate", "bpy", faces=True)
 def blender(shape: Shape, count: int) -> Ready:
     """Collapse edges into the best point, as Blender's modifier does."""
     import bpy
@@ -156,13 +157,13 @@ def ours(shape: Shape, count: int, placement: str) -> Ready:
     )
 
 
-@rival("ours, mesh", "salient-simplify", faces=True)
+@method("ours, mesh", OURS, faces=True)
 def ours_original(shape: Shape, count: int) -> Ready:
     """Keep original vertices."""
     return ours(shape, count, "original")
 
 
-@rival("ours, mesh, optimal placement", "salient-simplify", faces=True)
+@method("ours, mesh, optimal placement", OURS, faces=True)
 def ours_optimal(shape: Shape, count: int) -> Ready:
     """Move the kept vertices to where the error is least."""
     return ours(shape, count, "optimal")

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Time and course of an elimination, against MeshLab's quadric decimation in the same run.
 
-    python benchmarks/elimination.py MODEL [--cloud] [--ratio 0.1] [--every N]
+    python -m benchmarks.speed.elimination MODEL [--cloud] [--ratio 0.1] [--every N]
 
 Prints time, rounds with the cost curve, the time of a further cut, and the peak of memory.
 """
@@ -14,10 +14,11 @@ from pathlib import Path
 
 import numpy as np
 import pymeshlab
-from analysis import floor, load
-from memory import peak, reset_peak
 
 import salcore
+from benchmarks.common.memory import peak, reset_peak
+from benchmarks.common.models import load
+from benchmarks.speed.floor import floor
 
 
 def main() -> None:
@@ -28,9 +29,7 @@ def main() -> None:
     parser.add_argument("--ratio", type=float, default=0.1)
     parser.add_argument("--every", type=int, default=20, help="print every so many rounds")
     options = parser.parse_args()
-    points, faces = load(options.model, "cloud" if options.cloud else "mesh")
-    if faces is not None and not len(faces):
-        faces = None
+    points, faces = load(options.model, options.cloud)
     salcore.simplify(points[:1000], ratio=0.5)
     begun = time.perf_counter()
     floor(points)

@@ -1,15 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """All methods at equal count: time, memory, and quality by neutral tools, in one run.
 
-    python benchmarks/peers.py [--models FOLDER] [--only NAME ...] [--ratios 0.1 0.02]
+    python -m benchmarks.peers.compare [--models FOLDER] [--only NAME ...] [--ratios 0.1 0.02]
         [--methods NAME ...] [--blender PYTHON] [--figures FOLDER] [--draw]
 
 Writes peers.json, peers.md and plots. Every method runs in a fresh process. With --only or
 --methods the other rows of peers.json stay; --draw writes tables and plots from it alone.
 
-Left out by rule, and said: a method on a model of more points than its `most`
-(benchmarks/rivals.py), and in the series over sizes one that took more than 60 seconds at the size
-before.
+Left out by rule, and said: a method on a model of more points than its `most` (`registry.Method`),
+and in the series over sizes one that took more than 60 seconds at the size before.
 """
 
 from __future__ import annotations
@@ -24,11 +23,12 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-import methods_mesh  # noqa: F401  (enter themselves into the table of methods)
-import methods_points  # noqa: F401
 import numpy as np
-from rivals import RIVALS, Outcome
-from shapes import Shape, part, read
+
+from benchmarks.common.models import ROOT, add_models_option, present
+from benchmarks.common.shapes import Shape, part, read
+from benchmarks.peers import mesh_methods, point_methods  # noqa: F401  (they fill METHODS)
+from benchmarks.peers.registry import METHODS, Outcome
 
 MODELS = (
     "bun_zipper.ply",
@@ -60,12 +60,12 @@ Row = dict[str, Any]
 
 def run(name: str, shape: Path, count: int, blender: str) -> tuple[Row, Outcome | None]:
     """Run a method in a process of its own; return its figures and what it made."""
-    python = blender if RIVALS[name].package == "bpy" else sys.executable
+    python = blender if METHODS[name].package == "bpy" else sys.executable
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "out.npz"
-        command = [python, str(Path(__file__).with_name("rivals.py")), name]
+        command = [python, "-m", "benchmarks.peers.run_one", name]
         command += [str(shape), str(count), str(out)]
-        done = subprocess.run(command, capture_output=True, text=True)
+        done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
         if done.returncode:
             return {"missing": done.stderr.strip().splitlines()[-1]}, None
         row = json.loads(done.stdout.strip().splitlines()[-1])
@@ -82,7 +82,7 @@ def kept(outcome: Outcome) -> int:
 
 def compare(path: Path, ratios: list[float], options: argparse.Namespace) -> list[Row]:
     """Run every method on one model at every ratio."""
-    from quality import Judge
+    from benchmarks.peers.quality import Judge  # here, so that --draw needs no open3d
 
     shape = read(path)
     judge, rows = Judge(shape), []
@@ -108,10 +108,10 @@ def compare(path: Path, ratios: list[float], options: argparse.Namespace) -> lis
 
 def left_out(name: str, shape: Shape) -> Row:
     """Return why a method is not run on a shape; an empty reason where it does not apply at all."""
-    if RIVALS[name].needs_faces and shape.faces is None:
+    if METHODS[name].needs_faces and shape.faces is None:
         return {"left out": ""}
-    if len(shape.points) > RIVALS[name].most:
-        return {"left out": f"more than {RIVALS[name].most} points"}
+    if len(shape.points) > METHODS[name].most:
+        return {"left out": f"more than {METHODS[name].most} points"}
     return {}
 
 
@@ -119,11 +119,9 @@ def series(options: argparse.Namespace) -> list[Row]:
     """Time point methods on a scene of ever more points, at a tenth of them."""
     rows, slow = [], {}
     for model, sizes in SIZES:
-        path = options.models / model
-        if not path.exists():
-            print(f"missing: {path}")
+        if not present([options.models / model]):
             continue
-        whole = read(path)
+        whole = read(options.models / model)
         with tempfile.TemporaryDirectory() as folder:
             stored = Path(folder) / "shape.npz"
             for size in sizes:
@@ -160,12 +158,11 @@ def same(row: Row) -> tuple:
 def gather(options: argparse.Namespace) -> None:
     """Run what is asked for and write it into peers.json, model by model."""
     path = options.figures / "peers.json"
-    partial = options.only != [*MODELS, "series"] or len(options.methods) < len(RIVALS)
+    partial = options.only != [*MODELS, "series"] or len(options.methods) < len(METHODS)
     rows = json.loads(path.read_text())["rows"] if partial and path.exists() else []
     machine = f"{os.cpu_count()} processors ({platform.machine()})"
     for name in options.only:
-        if name != "series" and not (options.models / name).exists():
-            print(f"missing: {options.models / name}")
+        if name != "series" and not present([options.models / name]):
             continue
         if name == "series":
             new = series(options)
@@ -189,10 +186,10 @@ def rounded(value: Any) -> Any:
 def main() -> None:
     """Run, then write tables and plots."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--models", type=Path, default=Path("../shared/models"))
+    add_models_option(parser)
     parser.add_argument("--only", nargs="+", default=[*MODELS, "series"], metavar="NAME")
     parser.add_argument("--ratios", nargs="+", type=float, default=[0.1, 0.02])
-    parser.add_argument("--methods", nargs="+", default=list(RIVALS), choices=list(RIVALS))
+    parser.add_argument("--methods", nargs="+", default=list(METHODS), choices=list(METHODS))
     parser.add_argument("--blender", default=sys.executable, help="a Python that has bpy")
     parser.add_argument("--figures", type=Path, default=Path("docs/figures"))
     parser.add_argument("--draw", action="store_true", help="only tables and plots, no runs")
@@ -200,9 +197,9 @@ def main() -> None:
     options.figures.mkdir(parents=True, exist_ok=True)
     if not options.draw:
         gather(options)
-    import pages
+    from benchmarks.peers import tables  # here, so that runs need no matplotlib
 
-    pages.write(options.figures)
+    tables.write(options.figures)
 
 
 if __name__ == "__main__":
