@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.spatial import cKDTree
 
 from ..arrays.blocks import run_blocks
 from ..arrays.check import indices, real_numbers
@@ -49,6 +50,10 @@ class Geometry:
         Vertex that stands for each input point, -1 where the point was dropped.
     input_of : (n,) intp
         First input point of each vertex.
+    number : (n,) intp
+        Number of each vertex in the order of the input, which decides ties. The vertices of a cloud
+        are in the order of a k-d tree, so that neighbours lie together in memory; those of a mesh
+        stay as they are.
     """
 
     points: Floats
@@ -59,6 +64,7 @@ class Geometry:
     centre: Floats
     vertex_of: Indices
     input_of: Indices
+    number: Indices
 
     @property
     def input_count(self) -> int:
@@ -116,6 +122,11 @@ def clean(
     kept = np.flatnonzero(finite)
     centred, to_unit, centre = _centre(coordinates[kept])
     welded, first = _weld(centred)
+    number = np.arange(len(first))
+    if not len(triangles) and len(first):
+        number = cKDTree(centred[first]).indices
+        first = first[number]
+        welded = np.argsort(number)[welded]
     vertex_of = np.full(len(finite), -1, dtype=np.intp)
     vertex_of[kept] = welded
     corners, face_of = _clean_faces(triangles, vertex_of)
@@ -128,6 +139,7 @@ def clean(
         centre=centre,
         vertex_of=vertex_of,
         input_of=kept[first],
+        number=number,
     )
 
 

@@ -12,20 +12,21 @@ from scipy.spatial import cKDTree
 
 from ..arrays.blocks import run_blocks, worker_count
 from ..arrays.rows import row_entries, row_max
-from ..arrays.types import Floats, Indices, Mask
+from ..arrays.types import Indices, Mask
 from ..arrays.vectors import dot, hash01
+from ..input.geometry import Geometry
 from ..progress import SILENT, Progress
 from .graph import Graph
 
 
 def close_gaps(
-    points: Floats, graph: Graph, kept: Mask, max_gap: int, progress: Progress = SILENT
+    geometry: Geometry, graph: Graph, kept: Mask, max_gap: int, progress: Progress = SILENT
 ) -> tuple[Mask, Indices]:
     """Add points until every vertex is within `max_gap` rings of a kept one.
 
     Parameters
     ----------
-    points : (n, 3) float64
+    geometry : Geometry
     graph : Graph
     kept : (n,) bool
     max_gap : int
@@ -42,7 +43,7 @@ def close_gaps(
     Notes
     -----
     The added points are a maximal independent set (Luby, SIAM J. Comput. 15(4), 1986), found in
-    O(log n) rounds; priorities are hashed vertex numbers, so the result is deterministic, but
+    O(log n) rounds; priorities are hashed numbers of vertices, so the result is deterministic, but
     another order of the points adds others.
     """
     added = np.zeros(len(kept), dtype=bool)
@@ -52,11 +53,11 @@ def close_gaps(
         total = max(len(bare), 1)
         while len(bare):
             chosen = np.zeros(len(kept), dtype=bool)
-            chosen[_independent(graph, matrix, bare, max_gap)] = True
+            chosen[_independent(graph, matrix, bare, geometry.number, max_gap)] = True
             added |= chosen
             bare = bare[~_within(matrix, chosen, max_gap)[bare]]
             progress(0.5 * (1.0 - len(bare) / total))
-    source = _spread(points, graph, kept | added, max_gap, progress.part(0.5, 1.0))
+    source = _spread(geometry, graph, kept | added, max_gap, progress.part(0.5, 1.0))
     return added, source
 
 
@@ -68,9 +69,11 @@ def _within(matrix: sparse.csr_array, vertices: Mask, rings: int) -> Mask:
     return inside
 
 
-def _independent(graph: Graph, matrix: sparse.csr_array, bare: Indices, rings: int) -> Indices:
+def _independent(
+    graph: Graph, matrix: sparse.csr_array, bare: Indices, number: Indices, rings: int
+) -> Indices:
     """Return the vertices of `bare` with the highest priority within `rings` rings."""
-    own = 1.0 + hash01(bare)
+    own = 1.0 + hash01(number[bare])
     priority = np.zeros(matrix.shape[0])
     priority[bare] = own
     near = np.flatnonzero(_within(matrix, priority > 0.0, rings - 1))
@@ -82,7 +85,9 @@ def _independent(graph: Graph, matrix: sparse.csr_array, bare: Indices, rings: i
     return chosen
 
 
-def _spread(points: Floats, graph: Graph, kept: Mask, max_gap: int, progress: Progress) -> Indices:
+def _spread(
+    geometry: Geometry, graph: Graph, kept: Mask, max_gap: int, progress: Progress
+) -> Indices:
     """Return the source of every vertex, -1 beyond `max_gap` rings.
 
     With `max_gap` 0 there is no bound, and vertices that no path joins to a kept one take the
@@ -92,7 +97,7 @@ def _spread(points: Floats, graph: Graph, kept: Mask, max_gap: int, progress: Pr
     waiting = np.flatnonzero(~kept)
     total, rings = max(len(waiting), 1), 0
     while len(waiting) and (rings < max_gap or not max_gap):
-        found = _nearest_sources(points, graph, source, waiting)
+        found = _nearest_sources(geometry, graph, source, waiting)
         if not (found >= 0).any():
             break
         source[waiting] = found
@@ -101,13 +106,16 @@ def _spread(points: Floats, graph: Graph, kept: Mask, max_gap: int, progress: Pr
         progress(1.0 - len(waiting) / total)
     if not max_gap and len(waiting) and kept.any():
         living = np.flatnonzero(kept)
-        tree = cKDTree(points[living])
-        source[waiting] = living[tree.query(points[waiting], workers=worker_count())[1]]
+        tree = cKDTree(geometry.points[living])
+        source[waiting] = living[tree.query(geometry.points[waiting], workers=worker_count())[1]]
     return source
 
 
-def _nearest_sources(points: Floats, graph: Graph, source: Indices, waiting: Indices) -> Indices:
+def _nearest_sources(
+    geometry: Geometry, graph: Graph, source: Indices, waiting: Indices
+) -> Indices:
     """Return the nearest of the neighbours' sources for each of some vertices; -1 for none."""
+    points, number = geometry.points, geometry.number
     result = np.full(len(waiting), -1, dtype=np.intp)
 
     def search(start: int, stop: int) -> None:
@@ -118,8 +126,8 @@ def _nearest_sources(points: Floats, graph: Graph, source: Indices, waiting: Ind
         reached = np.flatnonzero(candidate >= 0)
         row, candidate = row[reached], candidate[reached]
         offset = points[block[row]] - points[candidate]
-        # The nearest of each row, the first in the row where two are level.
-        order = np.lexsort((dot(offset, offset), row))
+        # The nearest of each row, the first of the input where two are level.
+        order = np.lexsort((number[candidate], dot(offset, offset), row))
         first = order[np.append(True, row[order][1:] != row[order][:-1])[: len(order)]]
         result[start + row[first]] = candidate[first]
 

@@ -113,7 +113,10 @@ def build_graph(geometry: Geometry, parameters: Parameters, progress: Progress =
         try:
             edges = _delaunay_edges(geometry.points)
         except (QhullError, MemoryError):  # which qhull says of points too close to each other
-            edges = _star_edges(build_stars(geometry.points, parameters.neighbors, part)[0])
+            stars_instead, _ = build_stars(
+                geometry.points, geometry.number, parameters.neighbors, part
+            )
+            edges = _star_edges(stars_instead)
     elif len(geometry.faces):
         edges = _face_edges(geometry.faces)
         loose = np.flatnonzero(np.bincount(geometry.faces.ravel(), minlength=count) == 0)
@@ -122,7 +125,7 @@ def build_graph(geometry: Geometry, parameters: Parameters, progress: Progress =
             rows, columns = _star_edges(stars)
             edges = np.concatenate([edges[0], rows]), np.concatenate([edges[1], columns])
     else:
-        stars, normals = build_stars(geometry.points, parameters.neighbors, part)
+        stars, normals = build_stars(geometry.points, geometry.number, parameters.neighbors, part)
         edges = _star_edges(stars)
     progress(STARS_SHARE)
     matrix = _widen(_symmetric(edges, count), parameters.level)
@@ -155,7 +158,7 @@ def _loose_stars(
     points: Floats, loose: Indices, neighbors: int, progress: Progress
 ) -> tuple[Ints, Floats]:
     """Return stars and plane normals over all points, of the `loose` ones among themselves."""
-    members, fitted = build_stars(points[loose], neighbors, progress)
+    members, fitted = build_stars(points[loose], np.arange(len(loose)), neighbors, progress)
     normals = np.zeros((len(points), 3))
     normals[loose] = fitted
     stars = np.full((len(points), members.shape[1]), -1, dtype=np.int32)

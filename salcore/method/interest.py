@@ -200,11 +200,10 @@ def select(
     """
     salient = salient_points(saliency, regions, alpha, parameters.alpha_rule)
     if not parameters.max_gap and len(salient) and not (salient | extremities).any():
-        salient[np.argmax(saliency)] = True
+        most = np.flatnonzero(saliency == saliency.max())
+        salient[most[np.argmin(geometry.number[most])]] = True
     fillers = gap_fillers(geometry.points, regions, extremities, salient)
     progress(0.3)
     kept = extremities | salient | fillers
-    guards, source = close_gaps(
-        geometry.points, graph, kept, parameters.max_gap, progress.part(0.3, 1.0)
-    )
+    guards, source = close_gaps(geometry, graph, kept, parameters.max_gap, progress.part(0.3, 1.0))
     return Interest(extremities, salient, fillers, guards), source

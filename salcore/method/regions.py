@@ -68,15 +68,17 @@ def build_regions(geometry: Geometry, graph: Graph, saliency: Floats, tolerance:
     -----
     O(e log e) time for e edges, about 60 bytes an edge between boundary vertices.
     """
-    labels = grow_regions(graph, saliency, tolerance)
+    labels = _in_order(grow_regions(graph, saliency, tolerance), geometry.number)
     boundary = boundary_vertices(geometry.faces, graph, labels)
     row, other = _edges_along(graph, labels, boundary)
-    chains, offsets, branching = _chains(geometry.points, row, other, np.flatnonzero(boundary))
+    members = np.flatnonzero(boundary)
+    members = members[np.argsort(geometry.number[members])]
+    chains, offsets, branching = _chains(geometry.points, row, other, members)
     return Regions(labels, int(labels.max(initial=-1)) + 1, boundary, chains, offsets, branching)
 
 
 def grow_regions(graph: Graph, saliency: Floats, tolerance: float) -> Indices:
-    """Return the region (n,) of every vertex, (4.2), numbered in the order of first vertices."""
+    """Return the region (n,) of every vertex, (4.2)."""
     joined = np.empty(len(graph.indices), dtype=bool)
 
     def join(start: int, stop: int) -> None:
@@ -91,6 +93,16 @@ def grow_regions(graph: Graph, saliency: Floats, tolerance: float) -> Indices:
     matrix = sparse.csr_array((ones, indices, indptr), shape=(len(saliency), len(saliency)))
     labels: Indices = csgraph.connected_components(matrix, directed=False)[1].astype(np.intp)
     return labels
+
+
+def _in_order(labels: Indices, number: Indices) -> Indices:
+    """Number regions from 0 in the order of their first vertices in the input."""
+    first = np.full(int(labels.max(initial=-1)) + 1, len(labels))
+    np.minimum.at(first, labels, number)
+    rank = np.empty_like(first)
+    rank[np.argsort(first)] = np.arange(len(first))
+    ordered: Indices = rank[labels]
+    return ordered
 
 
 def boundary_vertices(faces: Indices, graph: Graph, labels: Indices) -> Mask:
@@ -127,13 +139,14 @@ def _chains(
     -------
     chains, offsets, branching
         As in `Regions`. Chains are what is left of the trees without the branching vertices; each
-        starts at its end of lower index.
+        starts at the end that comes first in `boundary`.
     """
     total, count = len(points), len(boundary)
-    number = np.full(total, -1, dtype=np.intp)
-    number[boundary] = np.arange(count)
+    place = np.full(total, -1, dtype=np.intp)
+    place[boundary] = np.arange(count)
     length = np.linalg.norm(points[row] - points[other], axis=1)
-    matrix = sparse.csr_array((length, (number[row], number[other])), shape=(count, count))
+    low, high = np.sort(np.stack([place[row], place[other]]), axis=0)
+    matrix = sparse.csr_array((length, (low, high)), shape=(count, count))
     tree = csgraph.minimum_spanning_tree(matrix).tocoo()
     degree = np.bincount(np.concatenate([tree.row, tree.col]), minlength=count)
     simple = degree <= 2

@@ -24,12 +24,17 @@ FEWEST = 3
 """Nearest points that a star is sought among at least, though it be a tie which they are."""
 
 
-def build_stars(points: Floats, neighbors: int, progress: Progress = SILENT) -> tuple[Ints, Floats]:
+def build_stars(
+    points: Floats, number: Indices, neighbors: int, progress: Progress = SILENT
+) -> tuple[Ints, Floats]:
     """Return the star of every point of a cloud, and the normal of the plane it lies in.
 
     Parameters
     ----------
     points : (n, 3) float64
+        Neighbours should lie together in memory.
+    number : (n,) intp
+        Numbers that decide between points on one circle.
     neighbors : int
         Nearest points among which each star is sought.
 
@@ -51,15 +56,14 @@ def build_stars(points: Floats, neighbors: int, progress: Progress = SILENT) -> 
     stars = np.full((count, width), -1, dtype=np.int32)
 
     def search(start: int, stop: int) -> None:
-        # The tree's own order keeps the points of a block together in space.
-        block = tree.indices[start:stop]
+        block = slice(start, stop)
         distance, found = map(np.asarray, tree.query(points[block], k=width + 2))
-        nearest[block] = _without_self(found[:, :-1], block)
+        nearest[block] = _without_self(found[:, :-1], np.arange(start, stop))
         reach[block] = distance[:, -1] ** 2
-        weights[block] = WEIGHT_JITTER * distance[:, 1] ** 2 * hash01(block)
+        weights[block] = WEIGHT_JITTER * distance[:, 1] ** 2 * hash01(number[block])
 
     def choose(start: int, stop: int) -> None:
-        block = tree.indices[start:stop]
+        block = slice(start, stop)
         other = nearest[block]
         offsets = points[other] - points[block, None, :]
         square = np.einsum("bkc,bkc->bk", offsets, offsets)
@@ -67,7 +71,7 @@ def build_stars(points: Floats, neighbors: int, progress: Progress = SILENT) -> 
         power = square + weights[block, None] - weights[other]
         normals[block], row, slot = fit_stars(offsets, power, near)
         place = np.arange(len(row)) - np.searchsorted(row, row)
-        stars[block[row], place] = other[row, slot]
+        stars[block][row, place] = other[row, slot]
 
     run_blocks(search, count, progress.part(0.0, 0.45), STAR_BLOCK)
     run_blocks(choose, count, progress.part(0.45, 1.0), STAR_BLOCK)
