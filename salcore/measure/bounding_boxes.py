@@ -20,6 +20,7 @@ from ..arrays.blocks import BLOCK, run_blocks
 from ..arrays.types import Floats, Indices
 from ..arrays.vectors import dot, unit
 from ..progress import SILENT, Progress
+from .triangles import square_edges
 
 BRANCHES = 8
 """Children of a box. Fewer mean more rounds, more mean more boxes looked at in vain."""
@@ -89,7 +90,7 @@ def cut_long_triangles(
 
     def measure(start: int, stop: int) -> None:
         block = corners[start:stop]
-        squares[start:stop] = _square_edges(block).max(axis=1)
+        squares[start:stop] = square_edges(block).max(axis=1)
         normals = np.cross(block[:, 1] - block[:, 0], block[:, 2] - block[:, 0])
         areas[start:stop] = np.sqrt(dot(normals, normals)) / 2
 
@@ -100,23 +101,16 @@ def cut_long_triangles(
         long = np.flatnonzero(squares > limit)
         if not len(long) or len(pieces) + len(long) > most:
             return pieces, triangle
-        edge = _square_edges(pieces[long]).argmax(axis=1)
+        edge = square_edges(pieces[long]).argmax(axis=1)
         first, second, third = (pieces[long, (edge + k) % 3] for k in range(3))
         middle = (first + second) / 2
         one = np.stack([first, middle, third], axis=1)
         other = np.stack([middle, second, third], axis=1)
         pieces = np.concatenate([pieces, other])
         pieces[long] = one
-        squares[long] = _square_edges(one).max(axis=1)
-        squares = np.concatenate([squares, _square_edges(other).max(axis=1)])
+        squares[long] = square_edges(one).max(axis=1)
+        squares = np.concatenate([squares, square_edges(other).max(axis=1)])
         triangle = np.concatenate([triangle, triangle[long]])
-
-
-def _square_edges(corners: Floats) -> Floats:
-    """Return the squared lengths (m, 3) of the edges of triangles, each from its own corner."""
-    edges = np.roll(corners, -1, axis=1) - corners
-    result: Floats = np.einsum("mkd,mkd->mk", edges, edges)
-    return result
 
 
 def build_boxes(corners: Floats, progress: Progress = SILENT) -> list[Boxes]:
@@ -169,7 +163,7 @@ def _enclose_boxes(boxes: Boxes, progress: Progress) -> Boxes:
 def _around_triangles(corners: Floats) -> tuple[Floats, Floats, Floats]:
     """Return centres, axes and halves of boxes along the longest edge and across it."""
     row = np.arange(len(corners))
-    longest = _square_edges(corners).argmax(axis=1)
+    longest = square_edges(corners).argmax(axis=1)
     first, second, third = (corners[row, (longest + k) % 3] for k in range(3))
     along = unit(second - first)
     along[~along.any(axis=1)] = (1.0, 0.0, 0.0)

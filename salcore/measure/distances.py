@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from ..arrays.blocks import run_blocks, worker_count
+from ..arrays.blocks import run_blocks
 from ..arrays.types import Floats, Indices
 from ..arrays.vectors import dot
 from ..progress import SILENT, Progress
@@ -50,8 +50,7 @@ def distances(
     (q,) float64, (q,) float64
         Infinite where `surface` has no point.
     """
-    to_point, nearest = nearest_points(queries, surface.points)
-    progress(0.2)
+    to_point, nearest = nearest_points(queries, surface.points, progress.part(0.0, 0.2))
     if not len(surface.points) or not len(queries):
         return to_point, to_point.copy()
     if len(surface.faces):
@@ -70,12 +69,21 @@ def distances(
     return to_point, to_surface
 
 
-def nearest_points(queries: Floats, points: Floats) -> tuple[Floats, Indices]:
+def nearest_points(
+    queries: Floats, points: Floats, progress: Progress = SILENT
+) -> tuple[Floats, Indices]:
     """Return the distance to the nearest of `points`, and its index (-1 and infinity for none)."""
+    distance, index = np.full(len(queries), np.inf), np.full(len(queries), -1, dtype=np.intp)
     if not len(points) or not len(queries):
-        return np.full(len(queries), np.inf), np.full(len(queries), -1, dtype=np.intp)
+        return distance, index
     tree = cKDTree(points, balanced_tree=False)
-    distance, index = map(np.asarray, tree.query(queries, workers=worker_count()))
+    progress(0.1)
+
+    def find(start: int, stop: int) -> None:
+        block = slice(start, stop)
+        distance[block], index[block] = tree.query(queries[block])
+
+    run_blocks(find, len(queries), progress.part(0.1, 1.0))
     return distance, index
 
 
