@@ -171,9 +171,11 @@ def _around_triangles(corners: Floats) -> tuple[Floats, Floats, Floats]:
     flat = ~across.any(axis=1)  # no area: any direction across will do
     least = np.eye(3)[np.abs(along[flat]).argmin(axis=1)]
     across[flat] = _perpendicular(least, along[flat])
+    # The third corner lies beside the longest edge, so that this and the height make the box.
+    length, height = dot(second - first, along), np.abs(dot(third - first, across))
+    high = np.stack([length, height, np.zeros(len(corners))], axis=1)
     axes = np.stack([along, across, np.cross(along, across)], axis=1)
-    offsets = np.einsum("mad,mkd->mka", axes, corners - corners[:, :1])
-    return _boxes(corners[:, 0], axes, offsets.min(axis=1), offsets.max(axis=1))
+    return _boxes(first, axes, np.zeros_like(high), high)
 
 
 def _perpendicular(vectors: Floats, axes: Floats) -> Floats:
