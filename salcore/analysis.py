@@ -235,7 +235,13 @@ class Analysis:
             weights = self._weights(constraints)
             part = work.part(0.1, 1.0, "Elimination")
             elimination = eliminate(
-                self.geometry.points, faces, links, weights, constraints.seams, part
+                self.geometry.points,
+                faces,
+                links,
+                weights,
+                constraints.seams,
+                progress=part,
+                priority=self.geometry.priority,
             )
             self._order.key, self._order.elimination = constraints.key, elimination
         return self._order.elimination

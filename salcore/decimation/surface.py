@@ -42,7 +42,7 @@ def elimination_surface(
     if stars is None:
         nothing = np.empty(0, dtype=np.int32)
         return faces, (nothing, nothing)
-    faces = np.concatenate([faces, star_triangles(stars)])
+    faces = np.concatenate([faces, star_triangles(stars, geometry.priority)])
     bare = np.bincount(faces.ravel(), minlength=count) == 0
     row, slot = np.nonzero((stars >= 0) & bare[:, None])
     ends = np.sort(np.column_stack([row, stars[row, slot]]).astype(np.int32), axis=1)

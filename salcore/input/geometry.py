@@ -72,6 +72,11 @@ class Geometry:
         return len(self.vertex_of)
 
     @property
+    def priority(self) -> Indices | None:
+        """`number` where it is not the order of the vertices themselves."""
+        return None if len(self.faces) else self.number
+
+    @property
     def unit_diagonal(self) -> float:
         """Diagonal of the clean points' bounding box, in their own unit."""
         return float(np.linalg.norm(np.ptp(self.points, axis=0))) if len(self.points) else 0.0
