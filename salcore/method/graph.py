@@ -50,6 +50,10 @@ class Graph:
         """Number of neighbours of each vertex."""
         return np.diff(self.indptr)
 
+    def rows(self) -> Indices:
+        """Return the row of every edge."""
+        return np.repeat(np.arange(len(self.indptr) - 1), self.degrees)
+
     def edges(self, start: int, stop: int) -> EdgeBlock:
         """Return the edges of the vertices from `start` to `stop`."""
         where = slice(int(self.indptr[start]), int(self.indptr[stop]))

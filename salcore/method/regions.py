@@ -108,7 +108,7 @@ def _in_order(labels: Indices, number: Indices) -> Indices:
 def boundary_vertices(faces: Indices, graph: Graph, labels: Indices) -> Mask:
     """Return the vertices (n,) next to another region, on a mesh's border, or isolated."""
     boundary: Mask = graph.degrees == 0
-    row = np.repeat(np.arange(len(labels)), graph.degrees)
+    row = graph.rows()
     boundary[row[labels[row] != labels[graph.indices]]] = True
     boundary[border_vertices(faces, len(labels))] = True
     return boundary
@@ -123,7 +123,7 @@ def border_vertices(faces: Indices, count: int) -> Indices:
 
 def _edges_along(graph: Graph, labels: Indices, boundary: Mask) -> tuple[Indices, Integers]:
     """Return the ends of the edges within regions that join boundary vertices, each once."""
-    row = np.repeat(np.arange(len(labels)), graph.degrees)
+    row = graph.rows()
     other = graph.indices
     along = (row < other) & boundary[row] & boundary[other]
     along &= labels[row] == labels[other]

@@ -98,23 +98,6 @@ def test_report_is_json():
 
 
 CORE = Path(salcore.__file__).parent
-ORDER = [
-    "errors", "parameter", "parameters", "memory", "arrays", "blocks", "progress", "sorting",
-    "geometry", "rows", "planes", "graph", "frames", "patches", "saliency",
-    "regions", "coverage", "interest", "distances", "metrics", "triangles", "quadrics", "costs",
-    "collapse", "pairs", "progressive", "surface", "levels", "wishes", "targets",
-    "ranking", "provenance", "result", "analysis", "colors", "pipeline", "__init__",
-]  # fmt: skip
-
-
-def test_imports_run_one_way():
-    assert sorted(path.stem for path in CORE.glob("*.py")) == sorted(ORDER)
-    for place, name in enumerate(ORDER):
-        for node in ast.walk(ast.parse((CORE / f"{name}.py").read_text())):
-            if isinstance(node, ast.ImportFrom) and node.level:
-                assert ORDER.index(node.module) < place, (name, node.module)
-
-
 def test_the_core_knows_no_host():
     hosts = ("bpy", "pymeshlab", "matplotlib")
     code = f"import salcore, sys; print([m for m in {hosts} if m in sys.modules])"

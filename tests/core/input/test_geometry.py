@@ -177,3 +177,23 @@ def test_nasty_models_with_every_target(name, preset):
         json.dumps(errors.as_dict(), allow_nan=False)
         if target == "max_error":
             assert errors.surface.max <= value * errors.diagonal * (1 + 1e-9)
+
+
+@pytest.mark.parametrize("preset", salcore.PRESETS)
+def test_the_order_in_memory_changes_no_result(monkeypatch, preset):
+    points = np.concatenate([bumpy(900), bumpy(900)[:40], [[np.nan, 0, 0]]])
+    parameters = salcore.Parameters.preset(preset)
+    expected = salcore.analyze(points, parameters=parameters)
+    monkeypatch.setattr("salcore.input.geometry.SCATTERED", 1)
+    analysis = salcore.analyze(points, parameters=parameters)
+    assert (np.diff(analysis.geometry.number) != 1).any()
+    assert (analysis.geometry.number == np.argsort(np.argsort(analysis.geometry.input_of))).all()
+    assert analysis.saliency == pytest.approx(expected.saliency, abs=1e-12)
+    assert (analysis.regions == expected.regions).all()
+    order, wanted = analysis.ranking(), expected.ranking()
+    assert (order.rank == wanted.rank).all()
+    assert (order.parent == wanted.parent).all()
+    for target in ({"alpha": 0.0}, {"alpha": 30.0}, {"ratio": 0.2}, {"count": 905}):
+        result, other = analysis.simplify(**target), expected.simplify(**target)
+        assert (result.indices == other.indices).all()
+        assert (result.source == other.source).all()

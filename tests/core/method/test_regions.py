@@ -77,7 +77,7 @@ def test_chains_follow_edges_within_a_region_and_cover_the_boundary(scene):
 def test_the_border_of_a_mesh_is_a_boundary():
     points, faces = grid(4, 5)
     rim = np.isin(points[:, 0], (0, 4)) | np.isin(points[:, 1], (0, 3))
-    assert border_vertices(faces).tolist() == np.flatnonzero(rim).tolist()
+    assert border_vertices(faces, len(points)).tolist() == np.flatnonzero(rim).tolist()
     assert (salcore.analyze(points, faces).segmentation.boundary == rim).all()
 
 
@@ -97,7 +97,7 @@ def test_guard_adds_nothing_where_nothing_is_missing():
     geometry, graph = path_graph(9)  # each vertex is joined to those at most two away
     kept = np.zeros(9, bool)
     kept[[2, 6]] = True
-    added, source = close_gaps(geometry.points, graph, kept, 1)
+    added, source = close_gaps(geometry, graph, kept, 1)
     assert not added.any()
     assert source.tolist() == [2, 2, 2, 2, 2, 6, 6, 6, 6] or source.tolist() == [
         2,
@@ -117,7 +117,7 @@ def test_added_points_are_apart_and_close_every_gap(max_gap):
     geometry, graph = path_graph(60)
     kept = np.zeros(60, bool)
     kept[0] = True
-    added, source = close_gaps(geometry.points, graph, kept, max_gap)
+    added, source = close_gaps(geometry, graph, kept, max_gap)
     living = np.flatnonzero(added | kept)
     steps = -(-np.diff(living) // 2)  # two vertices a ring
     assert steps.min() > max_gap
@@ -132,7 +132,7 @@ def test_without_guard_sources_reach_across_components():
     graph = build_graph(geometry, salcore.Parameters())
     kept = np.zeros(100, bool)
     kept[3] = True
-    added, source = close_gaps(geometry.points, graph, kept, 0)
+    added, source = close_gaps(geometry, graph, kept, 0)
     assert not added.any()
     assert (source == 3).all()
-    assert (close_gaps(geometry.points, graph, np.zeros(100, bool), 0)[1] == -1).all()
+    assert (close_gaps(geometry, graph, np.zeros(100, bool), 0)[1] == -1).all()
