@@ -46,6 +46,14 @@ SELECTIONS = {
 }
 
 
+def raw_saliency(
+    points: np.ndarray, faces: np.ndarray | None, parameters: salcore.Parameters
+) -> np.ndarray:
+    """Return SL of (3.9) before it is scaled, of every input point."""
+    analysis = salcore.analyze(points, faces, parameters=parameters)
+    return analysis.saliency_map.raw[analysis.geometry.vertex_of]
+
+
 def noise(shape: Shape) -> None:
     """Print how well each map holds against noise and without faces."""
     points, faces = shape.points, shape.faces
@@ -54,10 +62,10 @@ def noise(shape: Shape) -> None:
         points + rng.normal(size=points.shape) * share * shape.diagonal for share in (0.0005, 0.001)
     ]
     for name, parameters in MAPS.items():
-        clean = salcore.analyze(points, faces, parameters=parameters).saliency_map.raw
-        others = [salcore.analyze(p, faces, parameters=parameters) for p in noisy]
-        others.append(salcore.analyze(points, parameters=parameters))
-        values = [spearmanr(clean, other.saliency_map.raw).statistic for other in others]
+        clean = raw_saliency(points, faces, parameters)
+        others = [raw_saliency(p, faces, parameters) for p in noisy]
+        others.append(raw_saliency(points, None, parameters))
+        values = [spearmanr(clean, other).statistic for other in others]
         print(
             f"  {name:24} noise 0.05 %: {values[0]:5.2f}   0.1 %: {values[1]:5.2f}   "
             f"bare points: {values[2]:5.2f}"
