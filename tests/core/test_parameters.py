@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The table of parameters, and the progress of an analysis."""
 
-import ast
 import dataclasses
 import json
 import math
@@ -98,6 +97,8 @@ def test_report_is_json():
 
 
 CORE = Path(salcore.__file__).parent
+
+
 def test_the_core_knows_no_host():
     hosts = ("bpy", "pymeshlab", "matplotlib")
     code = f"import salcore, sys; print([m for m in {hosts} if m in sys.modules])"

@@ -6,8 +6,9 @@ import pytest
 
 import salcore
 from salcore import method
-from salcore.method.frames import build_frames, principal_directions
 from salcore.input.geometry import clean
+from salcore.measure.errors import Deviation
+from salcore.method.frames import build_frames, principal_directions
 from salcore.method.graph import build_graph
 from salcore.method.interest import (
     boundary_extremities,
@@ -17,8 +18,13 @@ from salcore.method.interest import (
     salient_points,
     triangle_areas,
 )
-from salcore.measure.errors import Deviation
-from salcore.method.patches import deviation_factor, mean_of_cells, normal_angle, patch_cells, patch_side
+from salcore.method.patches import (
+    deviation_factor,
+    mean_of_cells,
+    normal_angle,
+    patch_cells,
+    patch_side,
+)
 from salcore.method.planes import covariance, fit_normals, mean_offset
 from salcore.method.regions import Regions, similar
 from salcore.method.saliency import (

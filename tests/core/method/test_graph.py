@@ -8,9 +8,9 @@ from scipy.spatial import Delaunay
 from shapes import grid, sphere_cloud
 
 import salcore
+from salcore.decimation.surface import star_triangles
 from salcore.input.geometry import clean
 from salcore.method.graph import build_graph
-from salcore.decimation.surface import star_triangles
 
 
 def graph_of(points, faces=None, **changes):

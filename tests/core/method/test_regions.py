@@ -9,8 +9,8 @@ import pytest
 from shapes import bumpy, grid
 
 import salcore
-from salcore.method.coverage import close_gaps
 from salcore.input.geometry import clean
+from salcore.method.coverage import close_gaps
 from salcore.method.graph import build_graph
 from salcore.method.regions import border_vertices, build_regions
 
