@@ -18,7 +18,6 @@ CALLS = {"eval", "exec", "compile", "__import__"}
 OF_OS = {"system", "popen", "startfile", "spawnl", "spawnv", "execv", "execl", "execvp", "execve"}
 ALLOWED = {
     # Run pip and Blender's own builder, for developers; not part of the extension.
-    "blender_addon/package.py": {"subprocess"},
     "blender_addon/packaging/package.py": {"subprocess"},
     # Start Blender's own Python, and talk to it in bytes through a local socket.
     "blender_addon/worker/host.py": {"subprocess", "multiprocessing"},
