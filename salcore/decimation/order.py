@@ -49,6 +49,8 @@ STALL = 0.01
 """Share that must go before all collapses have failed again; else forbidden ones are done."""
 COMPACT = 0.6
 """Share of the numbered vertices that still live below which these are renumbered."""
+START_SHARE = 0.2
+"""Share of the time that the costs of the whole surface take, before the first round."""
 MAX_SEAMS = 0.5
 """Share of the edges above which there are no seams: in a texture of single triangles every edge is
 one, and no line is left to keep."""
@@ -113,7 +115,8 @@ def eliminate(
     et al. holds for every collapse. Where only forbidden collapses are left, they are done all the
     same, so that every component ends in one vertex.
     """
-    state = _start(points, faces, links, weights, seams, priority)
+    rounds = progress.part(START_SHARE, 1.0)
+    state = _start(points, faces, links, weights, seams, priority, progress.part(0.0, START_SHARE))
     while True:
         least = state.half_edges.find_cheapest()
         candidates = state.pick_candidates(least)
@@ -127,7 +130,7 @@ def eliminate(
         state.perform(rings, performed, least)
         if state.living < COMPACT * len(state.vertex_id):
             state.compact()
-        progress(1.0 - state.living / max(len(points), 1))
+        rounds(1.0 - state.living / max(len(points), 1))
     return _number_vertices(state, priority)
 
 
@@ -259,16 +262,19 @@ def _start(
     weights: Weights,
     seams: Integers | None,
     priority: Integers | None,
+    progress: Progress,
 ) -> _State:
     """Return the whole surface."""
     count = len(points)
     edges = find_edges(faces, count)
+    progress(0.2)
     seam = np.zeros(len(edges.low), dtype=bool)
     if seams is not None and len(seams):
         seam = edges.among(seams, count)
     if np.count_nonzero(seam) > MAX_SEAMS * len(seam):
         seam[:] = False
     quadrics, areas = vertex_quadrics(points, faces, edges, weights.border, seam)
+    progress(0.6)
     low = np.concatenate([edges.low, links[0]])
     high = np.concatenate([edges.high, links[1]])
     del edges  # the costs need the memory
@@ -279,9 +285,11 @@ def _start(
         low, high = np.where(swapped, high, low), np.where(swapped, low, high)
         ties = Ties.of_edges(low, high, len(links[0]), priority)
         summed = areas[np.argsort(priority)]  # sums depend on their order
+    progress(0.8)
     mean_area = float(summed.mean()) if areas.any() else 1.0
     costs = Costs.of_vertices(points, quadrics, areas, weights, mean_area)
     half_edges = HalfEdges.of_edges(low, high, seam, costs, ties)
+    progress(1.0)
     return _State(
         costs,
         half_edges,

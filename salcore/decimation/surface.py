@@ -42,7 +42,9 @@ def elimination_surface(
     if stars is None:
         nothing = np.empty(0, dtype=np.int32)
         return faces, (nothing, nothing)
-    faces = np.concatenate([faces, star_triangles(stars, geometry.priority)])
+    faces = np.concatenate(
+        [faces, star_triangles(stars, geometry.priority, progress.part(0.7, 0.9))]
+    )
     bare = np.bincount(faces.ravel(), minlength=count) == 0
     row, slot = np.nonzero((stars >= 0) & bare[:, None])
     ends = np.sort(np.column_stack([row, stars[row, slot]]).astype(np.int32), axis=1)
@@ -51,7 +53,9 @@ def elimination_surface(
     return faces, (np.ascontiguousarray(low), np.ascontiguousarray(high))
 
 
-def star_triangles(stars: Ints, priority: Integers | None = None) -> Ints:
+def star_triangles(
+    stars: Ints, priority: Integers | None = None, progress: Progress = SILENT
+) -> Ints:
     """Return the triangles that at least two of their corners have in their stars.
 
     Each star is a fan of triangles round its vertex. Where the stars agree they form a surface;
@@ -84,7 +88,7 @@ def star_triangles(stars: Ints, priority: Integers | None = None) -> Ints:
         fan = np.column_stack([row + start, block[row, slot], after])
         corners[bounds[start] : bounds[stop]] = np.sort(number.take(fan), axis=1)
 
-    run_blocks(spread_fans, len(stars))
+    run_blocks(spread_fans, len(stars), progress.part(0.0, 0.5))
     order, same = sort_rows(corners, len(stars))
     first_of_several = same & ~np.append(False, same[:-1])
     vertex_of = np.argsort(number).astype(np.int32)
