@@ -134,7 +134,7 @@ def clean(
     welded, first = _weld(centred)
     number = np.arange(len(first))
     if not len(triangles) and len(first) >= SCATTERED:
-        number = cKDTree(centred[first]).indices
+        number = cKDTree(centred[first], balanced_tree=False).indices
         first = first[number]
         welded = np.argsort(number)[welded]
     vertex_of = np.full(len(finite), -1, dtype=np.intp)

@@ -18,7 +18,7 @@ import numpy as np
 
 from ..arrays.blocks import BLOCK, run_blocks
 from ..arrays.types import Floats, Indices
-from ..arrays.vectors import dot, unit
+from ..arrays.vectors import cross, dot, unit
 from ..progress import SILENT, Progress
 from .triangles import square_edges
 
@@ -91,7 +91,7 @@ def cut_long_triangles(
     def measure(start: int, stop: int) -> None:
         block = corners[start:stop]
         squares[start:stop] = square_edges(block).max(axis=1)
-        normals = np.cross(block[:, 1] - block[:, 0], block[:, 2] - block[:, 0])
+        normals = cross(block[:, 1] - block[:, 0], block[:, 2] - block[:, 0])
         areas[start:stop] = np.sqrt(dot(normals, normals)) / 2
 
     run_blocks(measure, len(corners), progress)
@@ -174,7 +174,7 @@ def _around_triangles(corners: Floats) -> tuple[Floats, Floats, Floats]:
     # The third corner lies beside the longest edge, so that this and the height make the box.
     length, height = dot(second - first, along), np.abs(dot(third - first, across))
     high = np.stack([length, height, np.zeros(len(corners))], axis=1)
-    axes = np.stack([along, across, np.cross(along, across)], axis=1)
+    axes = np.stack([along, across, cross(along, across)], axis=1)
     return _boxes(first, axes, np.zeros_like(high), high)
 
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..arrays.types import Floats
-from ..arrays.vectors import dot
+from ..arrays.vectors import cross, dot
 
 
 def square_edges(corners: Floats) -> Floats:
@@ -26,7 +26,7 @@ def triangle_distances(queries: Floats, corners: Floats) -> Floats:
     nearest = np.full(len(queries), np.inf)
     for k in range(3):
         edge, length, offset = edges[:, k], lengths[:, k], queries - corners[:, k]
-        inside &= dot(np.cross(edge, offset), normal) >= 0.0
+        inside &= dot(cross(edge, offset), normal) >= 0.0
         along = dot(offset, edge)
         share = np.divide(along, length, out=np.zeros_like(along), where=length > 0.0)
         rest: Floats = offset - np.clip(share, 0.0, 1.0)[:, None] * edge
@@ -42,7 +42,7 @@ def _normals(edges: Floats, lengths: Floats) -> Floats:
 
     What is left of the error turns the normal round the longest edge, where a sliver is narrow.
     """
-    normals = np.cross(edges[:, 0], edges[:, 1])
+    normals = cross(edges[:, 0], edges[:, 1])
     row, longest = np.arange(len(edges)), lengths.argmax(axis=1)
     edge, length = edges[row, longest], lengths[row, longest]
     along = dot(normals, edge)

@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 
 from ..arrays.blocks import worker_count
 from ..arrays.types import Floats, Indices, Mask
-from ..arrays.vectors import dot, sum_by_label
+from ..arrays.vectors import cross, dot, sum_by_label
 from ..input.geometry import Geometry
 from ..parameters import Parameters
 from ..progress import SILENT, Progress
@@ -58,8 +58,8 @@ def triangle_areas(first: Floats, second: Floats, third: Floats) -> Floats:
 
     By the cross product; Heron's formula on the sides (4.3) loses all digits on flat triangles.
     """
-    cross = np.cross(second - first, third - first)
-    area: Floats = 0.5 * np.sqrt(dot(cross, cross))
+    normal = cross(second - first, third - first)
+    area: Floats = 0.5 * np.sqrt(dot(normal, normal))
     return area
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..arrays.rows import row_max, row_sum
 from ..arrays.types import Floats, Indices, Integers, Mask
-from ..arrays.vectors import dot
+from ..arrays.vectors import cross, dot
 
 FULL_TURN = 360.0
 PERCENT = 100.0  # λ of (3.3)
@@ -38,8 +38,8 @@ def normal_angle(first: Floats, second: Floats, oriented: Mask, *, squared: bool
         Degrees.
     """
     product = dot(first, second)
-    cross = np.cross(first, second)
-    sine = np.sqrt(dot(cross, cross))
+    normal = cross(first, second)
+    sine = np.sqrt(dot(normal, normal))
     if squared:
         # The arc cosine of the square, by a form that keeps the digits of small angles.
         angle = np.arctan2(sine * np.sqrt(1.0 + product**2), product**2)

@@ -50,7 +50,7 @@ def build_stars(
     normals = np.zeros((count, 3))
     if width < 1:
         return np.empty((count, 0), dtype=np.int32), normals
-    tree = cKDTree(points)
+    tree = cKDTree(points, balanced_tree=False)
     nearest = np.empty((count, width), dtype=np.int32)
     weights, reach = np.empty(count), np.empty(count)
     stars = np.full((count, width), -1, dtype=np.int32)
