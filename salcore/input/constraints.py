@@ -17,6 +17,12 @@ from .geometry import Geometry
 from .layers import Layer, arrays_of, read_layers
 from .wedges import Wedges, build_wedges
 
+WANTED = {
+    "protect": "one value a point",
+    "importance": "one value a point",
+    "seams": "pairs of points as an array of integers of shape (rows, 2)",
+}
+"""What arguments should be, for messages."""
 MAX_IMPORTANCE = 1e100
 """Largest importance: its products with all other weights stay far from the largest double."""
 
@@ -100,7 +106,7 @@ def fingerprint(**given: ArrayLike | Sequence[ArrayLike] | bool | None) -> bytes
     digest = hashlib.blake2b(digest_size=16)
     for name, value in given.items():
         for part in arrays_of(value):
-            array = np.ascontiguousarray(as_array(part, name, "an array of numbers"))
+            array = np.ascontiguousarray(as_array(part, name, WANTED.get(name, "an array")))
             digest.update(f"{name} {array.dtype} {array.shape}".encode())
             digest.update(array.data if array.size else b"")
     return digest.digest()
@@ -111,7 +117,7 @@ def _of_vertices(geometry: Geometry, values: ArrayLike | None, name: str, larges
     result = np.zeros(len(geometry.points))
     if values is None:
         return result
-    array = real_numbers(values, name, "one value a point")
+    array = real_numbers(values, name, WANTED[name])
     if array.shape != (geometry.input_count,):
         raise GeometryError(
             f"{name} of shape {array.shape}: give one value for each of the "
