@@ -244,7 +244,7 @@ class Analysis:
         with set_workers(self.parameters.workers):
             elimination = self._eliminate(constraints, work.part(0.0, 0.9))
         work.part(1.0, 1.0, "Ranking")
-        return input_ranking(self.geometry, elimination)
+        return input_ranking(self.geometry, elimination, constraints)
 
     def _constrain(self, **given: Any) -> Constraints:
         """Return the constraints that are given, the last ones if these were given alike."""

@@ -18,6 +18,7 @@ from ..arrays.vectors import face_normals, sum_by_label
 from ..input.constraints import Constraints
 from ..input.geometry import Geometry
 from .attribute_transfer import corner_sources
+from .kept_points import first_points
 from .legality import turned_over
 from .order import Elimination
 from .quadrics import minimizers, vertex_quadrics
@@ -192,7 +193,8 @@ class Ranking:
     ----------
     rank : (N,) int64
         A permutation: the points of rank below a count are those that this count keeps. Points
-        equal to another come after all distinct ones, points that are not finite last.
+        that equal another come after all distinct ones, first those that no face uses; points that
+        are not finite last. Protected points come first.
     parent : (N,) int64
         Point of lower rank that each goes into; -1 for rank 0.
     generations : int
@@ -204,24 +206,35 @@ class Ranking:
     generations: int
 
 
-def input_ranking(geometry: Geometry, elimination: Elimination) -> Ranking:
+def input_ranking(
+    geometry: Geometry, elimination: Elimination, constraints: Constraints
+) -> Ranking:
     """Return the order of elimination over input points, in O(N log N)."""
-    vertex_of, input_of = geometry.vertex_of, geometry.input_of
+    vertex_of, protected = geometry.vertex_of, constraints.protected_points
+    standing = first_points(geometry, protected)
     finite = vertex_of >= 0
-    first = np.zeros(len(vertex_of), dtype=bool)
-    first[input_of] = True
+    others = finite.copy()
+    others[standing] = False
+    first = np.zeros(len(finite), dtype=bool)
+    if protected is not None:
+        first = others & protected & geometry.loose
+    ordered = standing[np.argsort(elimination.rank)]
+    held = np.count_nonzero(constraints.protect)
     order = np.concatenate(
         [
-            input_of[np.argsort(elimination.rank)],
-            np.flatnonzero(finite & ~first),
+            ordered[:held],
+            np.flatnonzero(first),
+            ordered[held:],
+            np.flatnonzero(others & ~first & geometry.loose),
+            np.flatnonzero(others & ~geometry.loose),
             np.flatnonzero(~finite),
         ]
     )
     rank = np.empty(len(order), dtype=np.int64)
     rank[order] = np.arange(len(order))
     parent = np.full(len(order), order[0] if len(order) else 0, dtype=np.int64)
-    parent[finite] = input_of[vertex_of[finite]]
-    parent[input_of] = input_of[elimination.parent]
+    parent[finite] = standing[vertex_of[finite]]
+    parent[standing] = standing[elimination.parent]
     parent[order[:1]] = order[:1]
     generations = _last_ancestors(parent)[1]
     parent[order[:1]] = -1
