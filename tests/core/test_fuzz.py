@@ -94,7 +94,6 @@ def check_result(result, analysis, points, faces):
 def check_target(result, analysis, target):
     """Check what only this target promises."""
     name, value = target
-    finite = int(np.count_nonzero(analysis.geometry.vertex_of >= 0))
     if name == "ratio":
         geometry = analysis.geometry
         total = geometry.available
