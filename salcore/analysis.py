@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .arrays.blocks import set_workers
 from .arrays.types import Floats, Indices, Mask
-from .decimation.costs import Weights
+from .decimation.costs import FLAT_EVENNESS, Weights
 from .decimation.cut import Ranking, cut_faces, input_ranking, living_ancestors, optimal_positions
 from .decimation.order import Elimination, eliminate
 from .decimation.surface import GUESSED_BORDER, elimination_surface
@@ -257,7 +257,7 @@ class Analysis:
             factor *= 1.0 + parameters.interest_weight * self.extremities
         return Weights(
             factor,
-            evenness=parameters.evenness * loose,
+            evenness=np.maximum(parameters.evenness * loose, FLAT_EVENNESS),
             guessed_surface=loose,
             protected=constraints.protect,
             border=parameters.border_weight * (1.0 if len(faces) else GUESSED_BORDER),
