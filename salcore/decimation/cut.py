@@ -15,10 +15,13 @@ from ..arrays.blocks import run_blocks
 from ..arrays.edges import find_edges, sort_rows
 from ..arrays.types import Floats, Indices, Mask
 from ..arrays.vectors import face_normals, sum_by_label
+from ..input.constraints import Constraints
 from ..input.geometry import Geometry
+from .attribute_transfer import corner_sources
 from .legality import turned_over
 from .order import Elimination
 from .quadrics import minimizers, vertex_quadrics
+from .wedge_collapses import last_wedges
 
 MAX_UNDO_ROUNDS = 8
 """Rounds in which corners of faces that turn over go back; in each, others may turn."""
@@ -70,6 +73,59 @@ def cut_faces(faces: Indices, source: Indices) -> tuple[Indices, Indices]:
         first[again] = False
         left, corners = left[first], corners[first]
     return corners, left
+
+
+def corners_of_cut(
+    geometry: Geometry,
+    elimination: Elimination,
+    constraints: Constraints,
+    count: int,
+    faces: Indices,
+    left: Indices,
+) -> tuple[Indices | None, Indices | None]:
+    """Return where the corners of a cut take their values from, and the heirs of split points.
+
+    Parameters
+    ----------
+    geometry : Geometry
+    elimination : Elimination
+    constraints : Constraints
+    count : int
+        Ranks that are kept.
+    faces : (k, 3) intp
+        Faces of the cut, over vertices.
+    left : (k,) intp
+        Clean face that each comes from.
+
+    Returns
+    -------
+    corners : (k, 3) intp or None
+        Corners of the clean faces; None without wedges, where the first corner at a vertex does.
+    heirs : (N,) intp or None
+        Input point of the wedge that the wedge of each input point went into; -1 for points that
+        no face uses.
+    """
+    wedges, parent = constraints.wedges, elimination.wedge_parent
+    if wedges is None or parent is None:
+        return None, None
+    last = last_wedges(wedges, parent, elimination.rank < count)
+    layers = [constraints.layers[k] for k in wedges.without_seams if constraints.layers[k].given]
+    charts = None
+    if layers:
+        rows = [wedges.values[wedges.corners.ravel()], *(layer.scaled() for layer in layers)]
+        charts = np.hstack(rows).reshape(len(geometry.faces), 3, -1)
+    corners = corner_sources(wedges.corners, last[wedges.corners[left]], left, charts)
+    heirs = np.full(geometry.input_count, -1, dtype=np.intp)
+    if geometry.corner_points is not None:
+        point = np.empty(len(last), dtype=np.intp)
+        flat = geometry.corner_points.ravel()
+        point[wedges.corners.ravel()[::-1]] = flat[::-1]
+        if not layers:  # all points of a wedge are alike: one will do
+            first = np.empty(len(last), dtype=np.intp)
+            first[wedges.corners.ravel()[::-1]] = np.arange(len(flat))[::-1]
+            corners = first[wedges.corners.ravel()[corners]]
+        heirs[flat] = point[last[wedges.corners.ravel()]]
+    return corners, heirs
 
 
 def optimal_positions(
