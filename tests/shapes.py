@@ -91,16 +91,3 @@ def bumpy(count: int = 1500, seed: int = 0) -> np.ndarray:
 def turned(points: np.ndarray, seed: int = 1) -> np.ndarray:
     """Return the points rotated at random."""
     return Rotation.random(random_state=seed).apply(np.array(points))
-
-
-def box(steps: int, height: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
-    """Return a closed box with `steps` squares along each edge of its six sides."""
-    g = np.arange(steps + 1) / steps
-    u, v = (a.ravel() for a in np.meshgrid(g, g, indexing="ij"))
-    none, one = np.zeros_like(u), np.ones_like(u)
-    flat = grid(steps + 1, steps + 1)[1][:, ::-1]
-    sides = [(u, v, one), (v, u, none), (one, u, v), (none, v, u), (v, one, u), (u, none, v)]
-    points = np.concatenate([np.column_stack(side) for side in sides])
-    faces = np.concatenate([flat + k * len(u) for k in range(6)])
-    points, number = np.unique(points, axis=0, return_inverse=True)
-    return points * [1, 1, height], number.reshape(-1)[faces]

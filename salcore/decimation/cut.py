@@ -129,7 +129,12 @@ def corners_of_cut(
 
 
 def optimal_positions(
-    points: Floats, faces: Indices, border_weight: float, source: Indices, left: Indices
+    points: Floats,
+    faces: Indices,
+    border_weight: float,
+    source: Indices,
+    left: Indices,
+    fixed: Mask | None = None,
 ) -> Floats:
     """Return positions (n, 3) with each kept vertex at the minimum of its accumulated quadric.
 
@@ -146,6 +151,8 @@ def optimal_positions(
         Kept vertex that stands for each.
     left : (k, 3) intp
         Faces of the cut.
+    fixed : (n,) bool, optional
+        Vertices that do not move.
 
     Returns
     -------
@@ -156,6 +163,8 @@ def optimal_positions(
     quadrics, _ = vertex_quadrics(points, faces, find_edges(faces, count), border_weight)
     accumulated = sum_by_label(quadrics, source, count)
     kept = np.flatnonzero(np.bincount(left.ravel(), minlength=count))
+    if fixed is not None:
+        kept = kept[~fixed[kept]]
     moved = points.copy()
 
     def move(start: int, stop: int) -> None:
@@ -197,14 +206,17 @@ class Ranking:
         Point of lower rank that each goes into; -1 for rank 0.
     generations : int
         Doublings (``parent[parent]``) after which every point has found its last ancestor.
+    least : int
+        Fewest points that keep what is to be kept: protected points, borders, the topology.
     """
 
     rank: Indices
     parent: Indices
     generations: int
+    least: int = 1
 
 
-def input_ranking(geometry: Geometry, elimination: Elimination) -> Ranking:
+def input_ranking(geometry: Geometry, elimination: Elimination, least: int = 1) -> Ranking:
     """Return the order of elimination over input points, in O(N log N)."""
     vertex_of, input_of = geometry.vertex_of, geometry.input_of
     finite = vertex_of >= 0
@@ -225,4 +237,4 @@ def input_ranking(geometry: Geometry, elimination: Elimination) -> Ranking:
     parent[order[:1]] = order[:1]
     generations = _last_ancestors(parent)[1]
     parent[order[:1]] = -1
-    return Ranking(rank, parent, generations)
+    return Ranking(rank, parent, generations, least)
