@@ -20,6 +20,7 @@ from .errors import GeometryError
 from .input.geometry import Geometry
 from .measure.distances import Surface, distances
 from .measure.errors import Errors, measure
+from .measure.topology import count_parts
 from .method.interest import Interest
 from .progress import SILENT, Callback, Progress
 
@@ -32,6 +33,8 @@ class Report:
     ----------
     points_before, points_after, faces_before, faces_after : int
         Input points and valid faces, and kept ones.
+    parts_before, parts_after : int or None
+        Connected parts of the faces; none after for a cloud or a threshold α.
     rate : float
         Share of the input points that went.
     dropped, welded : int
@@ -41,9 +44,12 @@ class Report:
     extremities, salient, fillers, guards : int or None
         For a threshold α, kept points by reason: on a boundary, salient, by the gap rule, by the
         coverage guard. A point may have several.
-    errors : Errors
+    errors : Errors or None
         Between the input's points and the kept ones, in the input's unit. The surfaces are those
-        of the faces; without faces, of the tangent planes at the nearest points.
+        of the faces; without faces, of the tangent planes at the nearest points. None where they
+        were not measured.
+    notes : tuple of str
+        What had to be given up, or is not as asked for.
     seconds_analysis, seconds_selection : float
     """
 
@@ -51,6 +57,8 @@ class Report:
     points_after: int
     faces_before: int
     faces_after: int
+    parts_before: int
+    parts_after: int | None
     rate: float
     dropped: int
     welded: int
@@ -59,7 +67,8 @@ class Report:
     salient: int | None
     fillers: int | None
     guards: int | None
-    errors: Errors
+    errors: Errors | None
+    notes: tuple[str, ...]
     seconds_analysis: float
     seconds_selection: float
 
@@ -92,6 +101,8 @@ class Simplification:
         they stay.
     interest : Interest or None
         For a threshold α, why each vertex stays.
+    notes : tuple of str
+        What had to be given up, or is not as asked for; a sentence each.
     seconds : float
         Time the selection took.
     """
@@ -102,6 +113,7 @@ class Simplification:
     source: NDArray[np.int64]
     positions: Floats | None
     interest: Interest | None
+    notes: tuple[str, ...]
     seconds: float
     _context: _Context = dataclasses.field(repr=False)
 
@@ -120,6 +132,7 @@ class Simplification:
         heir: Indices | None = None,
         positions: Floats | None = None,
         interest: Interest | None = None,
+        notes: tuple[str, ...] = (),
         seconds: float = 0.0,
         **context: Any,
     ) -> Simplification:
@@ -147,6 +160,8 @@ class Simplification:
             With `corners`, the input point that would stand for each; -1 where none is known.
         positions : (n, 3) float64, optional
             New positions of the vertices.
+        notes : tuple of str
+            What had to be given up.
         **context
             What the report needs besides.
         """
@@ -162,7 +177,9 @@ class Simplification:
         moved = None
         if positions is not None:
             vertex = geometry.vertex_of[indices]
-            moved = positions[vertex] / geometry.to_unit + geometry.centre
+            # What has not moved is not rounded either.
+            moved = (positions[vertex] - geometry.points[vertex]) / geometry.to_unit
+            moved += geometry.coordinates[indices]
         return cls(
             indices=indices.astype(np.int64),
             faces=faces,
@@ -172,6 +189,7 @@ class Simplification:
             source=selection.source,
             positions=moved,
             interest=interest,
+            notes=notes,
             seconds=seconds,
             _context=_Context(geometry, corners=corners, **context),
         )
@@ -266,6 +284,10 @@ class Simplification:
     @cached_property
     def report(self) -> Report:
         """Figures, measured when first asked for."""
+        return self.make_report()
+
+    def make_report(self, errors: bool = True) -> Report:
+        """Return the figures; without `errors` no distances are measured, which takes longest."""
         context, interest = self._context, self.interest
         geometry = context.geometry
         finite = int(np.count_nonzero(geometry.vertex_of >= 0))
@@ -274,16 +296,23 @@ class Simplification:
             name: None if interest is None else int(getattr(interest, name).sum())
             for name in ("extremities", "salient", "fillers", "guards")
         }
+        parts_after = None
+        if self.faces is not None:
+            place = geometry.vertex_of[self.indices]
+            parts_after = count_parts(place[self.faces], len(geometry.points))
         return Report(
             points_before=before,
             points_after=after,
             faces_before=len(geometry.faces),
             faces_after=0 if self.faces is None else len(self.faces),
+            parts_before=count_parts(geometry.faces, len(geometry.points)),
+            parts_after=parts_after,
             rate=1.0 - after / before if before else 0.0,
             dropped=before - finite,
             welded=finite - len(geometry.points),
             regions=context.regions,
-            errors=self.errors,
+            errors=self.errors if errors else None,
+            notes=self.notes,
             seconds_analysis=context.seconds_analysis,
             seconds_selection=self.seconds,
             **reasons,

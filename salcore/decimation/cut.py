@@ -130,7 +130,12 @@ def corners_of_cut(
 
 
 def optimal_positions(
-    points: Floats, faces: Indices, border_weight: float, source: Indices, left: Indices
+    points: Floats,
+    faces: Indices,
+    border_weight: float,
+    source: Indices,
+    left: Indices,
+    fixed: Mask | None = None,
 ) -> Floats:
     """Return positions (n, 3) with each kept vertex at the minimum of its accumulated quadric.
 
@@ -147,6 +152,8 @@ def optimal_positions(
         Kept vertex that stands for each.
     left : (k, 3) intp
         Faces of the cut.
+    fixed : (n,) bool, optional
+        Vertices that do not move.
 
     Returns
     -------
@@ -157,6 +164,8 @@ def optimal_positions(
     quadrics, _ = vertex_quadrics(points, faces, find_edges(faces, count), border_weight)
     accumulated = sum_by_label(quadrics, source, count)
     kept = np.flatnonzero(np.bincount(left.ravel(), minlength=count))
+    if fixed is not None:
+        kept = kept[~fixed[kept]]
     moved = points.copy()
 
     def move(start: int, stop: int) -> None:
@@ -199,11 +208,14 @@ class Ranking:
         Point of lower rank that each goes into; -1 for rank 0.
     generations : int
         Doublings (``parent[parent]``) after which every point has found its last ancestor.
+    least : int
+        Fewest points that keep what is to be kept: protected points, borders, the topology.
     """
 
     rank: Indices
     parent: Indices
     generations: int
+    least: int = 1
 
 
 def input_ranking(
@@ -219,7 +231,7 @@ def input_ranking(
     if protected is not None:
         first = others & protected & geometry.loose
     ordered = standing[np.argsort(elimination.rank)]
-    held = np.count_nonzero(constraints.protect)
+    held = np.count_nonzero(constraints.staying)
     order = np.concatenate(
         [
             ordered[:held],
@@ -238,4 +250,7 @@ def input_ranking(
     parent[order[:1]] = order[:1]
     generations = _last_ancestors(parent)[1]
     parent[order[:1]] = -1
-    return Ranking(rank, parent, generations)
+    least = max(constraints.least_count, 1)
+    if constraints.keep_topology:
+        least = max(least, elimination.topology_count + constraints.protected_copies)
+    return Ranking(rank, parent, generations, least)

@@ -64,6 +64,8 @@ class Geometry:
         Input points at the corners of `faces`, where these use several that are equal.
     given_faces : int
         Number of faces of the input.
+    coordinates : (N, 3) float64
+        The input's points as they are, for positions that must not be rounded.
     """
 
     points: Floats
@@ -76,6 +78,7 @@ class Geometry:
     input_of: Indices
     number: Indices
     loose: Mask
+    coordinates: Floats
     corner_points: Indices | None = None
     given_faces: int = 0
 
@@ -174,6 +177,7 @@ def clean(
         input_of=input_of,
         number=number,
         loose=loose,
+        coordinates=coordinates,
         corner_points=used if split else None,
         given_faces=len(triangles),
     )

@@ -17,7 +17,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from ..arrays.edges import Edges, find_edges
-from ..arrays.types import Floats, Indices, Integers, Ints
+from ..arrays.types import Floats, Indices, Integers, Ints, Mask
 from ..arrays.vectors import dot
 from .geometry import Geometry
 from .layers import Layer
