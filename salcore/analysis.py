@@ -25,6 +25,7 @@ from .method.graph import Graph
 from .method.interest import boundary_extremities, select
 from .method.regions import Regions, build_regions
 from .method.saliency import Saliency
+from .method.scales import ScaleSpace, build_scales
 from .parameters import Parameters
 from .progress import Callback, Progress
 from .simplification import Simplification
@@ -68,6 +69,16 @@ class Analysis:
     _order: _Order = field(init=False, default_factory=_Order, repr=False)
 
     @cached_property
+    def scales(self) -> ScaleSpace:
+        return self._build_scales(Progress())
+
+    def _build_scales(self, work: Progress) -> ScaleSpace:
+        with set_workers(self.parameters.workers):
+            return build_scales(
+                self.geometry, self.graph, self.frames, self.saliency_map, self.parameters, work
+            )
+
+    @cached_property
     def segmentation(self) -> Regions:
         with set_workers(self.parameters.workers):
             return build_regions(
@@ -82,7 +93,7 @@ class Analysis:
     @property
     def saliency(self) -> Floats:
         """(N,) float64 in [0, 1] over all input points, high = salient; 0 for dropped points."""
-        return self._of_input(self.saliency_map.scaled, 0.0)
+        return self._of_input(self.scales.scaled, 0.0)
 
     @property
     def regions(self) -> NDArray[np.int64]:

@@ -170,6 +170,16 @@ class Parameters:
         choices=("percentile", "range"), symbol="(3.9)",
         sentence="Bring saliency to [0, 1] by its 1st and 99th percentile, or by its least and "
         "largest value (range).")
+    coarsest: float = _row("Saliency", 1.0, "Coarsest scale", paper=0.0, minimum=0.0,
+        maximum=1e300,
+        sentence="Largest scale that saliency is measured at, in per cent of the diagonal or as a "
+        "length (unit of scales); 0 measures at the neighbours' distance alone.")
+    finest: float = _row("Saliency", 0.125, "Finest scale", minimum=0.0, maximum=1e300,
+        sentence="Smallest scale that saliency is measured at, however dense the points are.")
+    scale_unit: str = _row("Saliency", "diagonal", "Unit of scales",
+        choices=("diagonal", "length"),
+        sentence="Scales in per cent of the bounding box's diagonal, or as a length in the input's "
+        "unit.")
     tolerance: float = _row("Regions", 0.08, "Tolerance", paper=0.00874, minimum=0.0, maximum=1.0,
         symbol="σ (4.1)",
         sentence="Largest difference in saliency between neighbours of one region.")
