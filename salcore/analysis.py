@@ -26,6 +26,7 @@ from .method.interest import boundary_extremities, select
 from .method.regions import Regions, build_regions
 from .method.saliency import Saliency
 from .method.scales import ScaleSpace, build_scales
+from .method.segmentation import RegionTable, describe_regions, segment
 from .parameters import Parameters
 from .progress import Callback, Progress
 from .simplification import Simplification
@@ -80,6 +81,14 @@ class Analysis:
 
     @cached_property
     def segmentation(self) -> Regions:
+        return self._build_segmentation(Progress())
+
+    def _build_segmentation(self, work: Progress) -> Regions:
+        with set_workers(self.parameters.workers):
+            return segment(self.geometry, self.graph, self.scales, self.parameters, work)
+
+    @cached_property
+    def components(self) -> Regions:
         with set_workers(self.parameters.workers):
             return build_regions(
                 self.geometry, self.graph, self.saliency_map.scaled, self.parameters.tolerance
@@ -88,7 +97,7 @@ class Analysis:
     @cached_property
     def extremities(self) -> Mask:
         angle = self.parameters.collinear_angle
-        return boundary_extremities(self.geometry.points, self.segmentation, angle)
+        return boundary_extremities(self.geometry.points, self.components, angle)
 
     @property
     def saliency(self) -> Floats:
@@ -99,6 +108,11 @@ class Analysis:
     def regions(self) -> NDArray[np.int64]:
         """(N,) int64 region of every input point, numbered from 0; -1 for dropped points."""
         return self._of_input(self.segmentation.labels, -1).astype(np.int64)
+
+    @cached_property
+    def region_table(self) -> RegionTable:
+        """The regions, the most salient first: area, saliency, centre and bounding box of each."""
+        return describe_regions(self.geometry, self.graph, self.segmentation, self.scales.scaled)
 
     @property
     def normals(self) -> Floats:
@@ -227,7 +241,7 @@ class Analysis:
             self.geometry,
             self.graph,
             self.saliency_map.scaled,
-            self.segmentation,
+            self.components,
             keep,
             alpha,
             self.parameters,
@@ -235,7 +249,7 @@ class Analysis:
         )
         part(1.0)
         kept = np.flatnonzero(interest.kept)
-        regions = self.segmentation.count
+        regions = self.components.count
         return self._result(kept, source, begun, interest=interest, regions=regions)
 
     def _eliminate(self, constraints: Constraints, work: Progress) -> Elimination:

@@ -180,9 +180,23 @@ class Parameters:
         choices=("diagonal", "length"),
         sentence="Scales in per cent of the bounding box's diagonal, or as a length in the input's "
         "unit.")
+    segmentation: str = _row("Regions", "islands", "Regions", paper="components",
+        choices=("islands", "basins", "components"), symbol="§4.1",
+        sentence="Regions of like saliency that a border is worth (islands: eyes, mouth, hair), "
+        "regions that ridges of saliency enclose (basins: the faces of a part), or connected "
+        "points of like saliency (components, as published).")
+    region_contrast: float = _row("Regions", 0.3, "Contrast of islands", minimum=0.0, maximum=1.0,
+        sentence="Difference in saliency from which an island of their size stands apart.")
+    region_size: float = _row("Regions", 2.0, "Size of islands", minimum=0.0, maximum=100.0,
+        unit="%",
+        sentence="Size, in per cent of the diagonal, from which an island of their contrast stands "
+        "apart.")
+    persistence: float = _row("Regions", 0.15, "Depth of basins", minimum=0.0, maximum=1.0,
+        sentence="Depth in saliency from which a basin stays apart.")
     tolerance: float = _row("Regions", 0.08, "Tolerance", paper=0.00874, minimum=0.0, maximum=1.0,
         symbol="σ (4.1)",
-        sentence="Largest difference in saliency between neighbours of one region.")
+        sentence="Largest difference in saliency between neighbours of one component; the threshold α "
+        "uses these.")
     collinear_angle: float = _row("Interest points", 60.0, "Collinear angle", paper=0.0,
         minimum=0.0, maximum=180.0, unit="degrees", symbol="(4.4)",
         sentence="Turn along a region's boundary up to which its points count as collinear.")

@@ -44,7 +44,8 @@ class Level:
     points : (c, 3) float64
         Mean positions, by area.
     normals : (c, 3) float64
-        Unit mean normals, by area; zero where there is none.
+        Unit mean normals, by area; zero where there is none. Normals without a sign count by their
+        cosine with that of the chosen vertex: which of two senses is meant never matters.
     oriented : (c,) bool
         Whether the normal's sign means something.
     area : (c,) float64
@@ -175,8 +176,8 @@ def contract(level: Level, length: float, square: Floats) -> Level | None:
     cell = (np.cumsum(chosen) - 1)[centre]
     area = np.bincount(cell, level.area, len(kept))
     signed = level.oriented & level.oriented[centre]
-    flip = ~signed & (dot(level.normals, level.normals.take(centre, axis=0)) < 0.0)
-    normals = level.normals * np.where(flip, -level.area, level.area)[:, None]
+    turn = np.where(signed, 1.0, dot(level.normals, level.normals.take(centre, axis=0)))
+    normals = level.normals * (level.area * turn)[:, None]
     return Level(
         length,
         _cell_graph(level.graph, cell, len(kept)),

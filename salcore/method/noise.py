@@ -11,6 +11,7 @@ from ..arrays.types import Floats, Indices, Mask
 from ..arrays.vectors import cross, dot, unit
 from .contraction import NOISE_MEMBERS, Level
 from .graph import Graph
+from .planes import mean_offset
 
 LEAST = 1e-12
 """Least squared angle, in radians, that is told from none."""
@@ -24,7 +25,11 @@ HALFWAY = 0.05
 
 
 def mean_normals(level: Level, normals: Floats) -> Floats:
-    """Return the mean (c, 3) of the neighbours' normals, unsigned ones turned to the cell's."""
+    """Return the mean (c, 3) of the neighbours' normals.
+
+    Normals without a sign count by their cosine with the cell's: which of two senses is meant never
+    matters, and nothing jumps where they are perpendicular.
+    """
     graph, oriented = level.graph, level.oriented
     if oriented.all():
         return level.mean @ normals
@@ -34,11 +39,9 @@ def mean_normals(level: Level, normals: Floats) -> Floats:
         edges = graph.edges(start, stop)
         row, other = edges.row, edges.other
         near = normals.take(other, axis=0)
-        against = dot(near, normals.take(row, axis=0)) < 0.0
-        against &= ~(oriented[row] & oriented[other])
-        near[against] *= -1.0
-        size = np.maximum(np.diff(edges.indptr), 1)[:, None]
-        result[edges.vertices] = row_sum(near, edges.indptr) / size
+        cosine = dot(near, normals.take(row, axis=0))
+        near *= np.where(oriented[row] & oriented[other], 1.0, cosine)[:, None]
+        result[edges.vertices] = mean_offset(near, edges.indptr)
 
     run_blocks(average, len(normals))
     return result
@@ -60,7 +63,7 @@ def normal_noise(levels: tuple[Level, ...]) -> tuple[Floats, ...]:
     base = levels[0]
     if len(levels) == 1:
         return (np.zeros(len(base.points)),)
-    smooth = _bring_normals(levels[1], base)
+    smooth = levels[1].normals[_cells(levels[1])]
     for _ in range(2):
         average = mean_normals(base, smooth)
         degrees = base.graph.degrees[:, None]
@@ -76,15 +79,6 @@ def normal_noise(levels: tuple[Level, ...]) -> tuple[Floats, ...]:
     for k in range(middle, 0, -1):
         noise[k - 1] = noise[k][levels[k].cell]
     return tuple(noise)
-
-
-def _bring_normals(level: Level, finer: Level) -> Floats:
-    """Return the cells' normals at the level before, unsigned ones turned to its own."""
-    cell = _cells(level)
-    normals = level.normals[cell]
-    signed = level.oriented[cell] & finer.oriented
-    normals[~signed & (dot(normals, finer.normals) < 0.0)] *= -1.0
-    return normals
 
 
 def _cells(level: Level) -> Indices:
