@@ -195,8 +195,8 @@ class Parameters:
         sentence="Depth in saliency from which a basin stays apart.")
     tolerance: float = _row("Regions", 0.08, "Tolerance", paper=0.00874, minimum=0.0, maximum=1.0,
         symbol="σ (4.1)",
-        sentence="Largest difference in saliency between neighbours of one component; the threshold α "
-        "uses these.")
+        sentence="Largest difference in saliency between neighbours of one component; the "
+        "threshold α uses these.")
     collinear_angle: float = _row("Interest points", 60.0, "Collinear angle", paper=0.0,
         minimum=0.0, maximum=180.0, unit="degrees", symbol="(4.4)",
         sentence="Turn along a region's boundary up to which its points count as collinear.")

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -56,7 +57,7 @@ def engraved_sphere(count: int, word: str = "SALIENT") -> Known:
         corner = np.array([(k - len(word) / 2) * 0.6 + 0.1, -0.3])
         for line in STROKES[letter]:
             line = np.array(line, dtype=float) * 0.2 + corner
-            for a, b in zip(line[:-1], line[1:], strict=True):
+            for a, b in pairwise(line):
                 near = _to_segment(np.column_stack([x, y]), a, b)
                 part = np.where(near < np.minimum(distance, 0.06), k, part)
                 distance = np.minimum(distance, near)

@@ -44,8 +44,8 @@ class Level:
     points : (c, 3) float64
         Mean positions, by area.
     normals : (c, 3) float64
-        Unit mean normals, by area; zero where there is none. Normals without a sign count by their
-        cosine with that of the chosen vertex: which of two senses is meant never matters.
+        Unit mean normals, by area; zero where there is none. Normals without a sign are
+        turned to that of the chosen vertex.
     oriented : (c,) bool
         Whether the normal's sign means something.
     area : (c,) float64
@@ -139,6 +139,14 @@ def build_levels(
     return tuple(levels)
 
 
+def sense(cosine: Floats) -> Floats:
+    """Return by what to turn normals without a sign, from their cosines with another: 1 or -1.
+
+    Nearly perpendicular ones count less, so that rounding does not choose between two senses.
+    """
+    return np.clip(4.0 * cosine, -1.0, 1.0)
+
+
 def _square_lengths(points: Floats, graph: Graph) -> Floats:
     """Return the squared length (e,) of every edge."""
     square = np.empty(len(graph.indices))
@@ -176,7 +184,8 @@ def contract(level: Level, length: float, square: Floats) -> Level | None:
     cell = (np.cumsum(chosen) - 1)[centre]
     area = np.bincount(cell, level.area, len(kept))
     signed = level.oriented & level.oriented[centre]
-    turn = np.where(signed, 1.0, dot(level.normals, level.normals.take(centre, axis=0)))
+    cosine = dot(level.normals, level.normals.take(centre, axis=0))
+    turn = np.where(signed, 1.0, sense(cosine))
     normals = level.normals * (level.area * turn)[:, None]
     return Level(
         length,

@@ -9,7 +9,7 @@ from ..arrays.blocks import run_blocks
 from ..arrays.rows import row_sum
 from ..arrays.types import Floats, Indices, Mask
 from ..arrays.vectors import cross, dot, unit
-from .contraction import NOISE_MEMBERS, Level
+from .contraction import NOISE_MEMBERS, Level, sense
 from .graph import Graph
 from .planes import mean_offset
 
@@ -27,8 +27,7 @@ HALFWAY = 0.05
 def mean_normals(level: Level, normals: Floats) -> Floats:
     """Return the mean (c, 3) of the neighbours' normals.
 
-    Normals without a sign count by their cosine with the cell's: which of two senses is meant never
-    matters, and nothing jumps where they are perpendicular.
+    Those without a sign are turned to the cell's own, see `contraction.sense`.
     """
     graph, oriented = level.graph, level.oriented
     if oriented.all():
@@ -40,7 +39,7 @@ def mean_normals(level: Level, normals: Floats) -> Floats:
         row, other = edges.row, edges.other
         near = normals.take(other, axis=0)
         cosine = dot(near, normals.take(row, axis=0))
-        near *= np.where(oriented[row] & oriented[other], 1.0, cosine)[:, None]
+        near *= np.where(oriented[row] & oriented[other], 1.0, sense(cosine))[:, None]
         result[edges.vertices] = mean_offset(near, edges.indptr)
 
     run_blocks(average, len(normals))
@@ -101,10 +100,12 @@ def _mean_of_members(values: Floats, finer: Level, level: Level) -> Floats:
 
 
 def _among_neighbors(graph: Graph, values: Floats) -> Floats:
-    """Return twice the harmonic mean over each cell and its neighbours."""
-    inverse = 1.0 / np.maximum(values, LEAST)
-    total = inverse + row_sum(inverse[graph.indices], graph.indptr)
-    return 2.0 * (graph.degrees + 1) / total
+    """Return the harmonic mean over each cell and its neighbours, taken twice."""
+    for _ in range(2):
+        inverse = 1.0 / np.maximum(values, LEAST)
+        total = inverse + row_sum(inverse[graph.indices], graph.indptr)
+        values = (graph.degrees + 1) / total
+    return values
 
 
 def map_noise(noise: Floats, members: Indices, full: float) -> Floats:

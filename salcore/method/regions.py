@@ -52,9 +52,9 @@ def similar(first: Floats, second: Floats, tolerance: float) -> Mask:
 def build_regions(geometry: Geometry, graph: Graph, saliency: Floats, tolerance: float) -> Regions:
     """Segment the graph into components of like saliency and order their boundaries.
 
-    Regions, numbered in the order of their first vertices, are the connected components of the edges between similar vertices, (4.2), which is
-    what algorithm 1 labels. The published concave hull is not defined for a piece of a surface in
-    space; the boundary is read off the graph instead.
+    Regions are the connected components of the edges between similar vertices, (4.2), which is what
+    algorithm 1 labels, in the order of their first vertices. The published concave hull is not
+    defined for a piece of a surface in space; the boundary is read off the graph instead.
 
     Parameters
     ----------
