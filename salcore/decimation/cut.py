@@ -250,7 +250,8 @@ def input_ranking(
     parent[order[:1]] = order[:1]
     generations = _last_ancestors(parent)[1]
     parent[order[:1]] = -1
-    least = max(constraints.least_count, 1)
+    least = max(held, 1)
     if constraints.keep_topology:
-        least = max(least, elimination.topology_count + constraints.protected_copies)
+        least = max(least, elimination.topology_count)
+    least += constraints.protected_copies
     return Ranking(rank, parent, generations, least)
