@@ -16,6 +16,8 @@ from .arrays.types import Floats, Indices, Mask
 from .decimation.costs import Weights
 from .decimation.cut import Ranking, cut_faces, input_ranking, living_ancestors, optimal_positions
 from .decimation.order import Elimination, eliminate
+from .decimation.refine import fixed_edges, refine_faces
+from .decimation.samples import Samples
 from .decimation.surface import GUESSED_BORDER, elimination_surface
 from .decimation.targets import count_for, count_within, one_target
 from .input.constraints import Constraints
@@ -169,11 +171,11 @@ class Analysis:
             available = int(np.count_nonzero(self.geometry.vertex_of >= 0))
             protected = int(constraints.protect.sum())
             if name == "max_error":
-                count = self._within_error(elimination, value, protected, work.part(0.9, 1.0))
+                count = self._within_error(elimination, constraints, value, work.part(0.9, 1.0))
             else:
                 count = count_for(name, value, available, protected)
             work.part(1.0, 1.0, "Cut")
-            return self._cut(elimination, count, begun)
+            return self._cut(elimination, constraints, count, begun)
 
     def ranking(
         self,
@@ -264,7 +266,7 @@ class Analysis:
         )
 
     def _within_error(
-        self, elimination: Elimination, bound: float, protected: int, work: Progress
+        self, elimination: Elimination, constraints: Constraints, bound: float, work: Progress
     ) -> int:
         """Return about the fewest vertices whose measured error is within the bound."""
         geometry = self.geometry
@@ -273,21 +275,34 @@ class Analysis:
         order = np.empty_like(elimination.rank)
         order[elimination.rank] = np.arange(len(order))
         estimate = np.append(np.inf, elimination.error[order][:-1])
+        least = max(int(constraints.protect.sum()), 1)
         part = work.part(0.0, 1.0, "Error")
 
         def measure(count: int) -> float:
-            return self._cut(elimination, count, 0.0).largest_error()
+            return self._cut(elimination, constraints, count, 0.0).largest_error()
 
-        return count_within(bound, estimate, measure, max(protected, 1), part)
+        return count_within(bound, estimate, measure, least, part)
 
-    def _cut(self, elimination: Elimination, count: int, begun: float) -> Simplification:
+    @cached_property
+    def _samples(self) -> Samples:
+        """The mesh's vertices as samples of its surface, none of them assigned."""
+        return Samples.of_vertices(self.geometry.points, self.geometry.faces)
+
+    def _cut(
+        self, elimination: Elimination, constraints: Constraints, count: int, begun: float
+    ) -> Simplification:
         """Return the simplification to the first `count` ranks, and then to duplicates."""
         geometry = self.geometry
         source = living_ancestors(elimination, count)
         kept = np.flatnonzero(elimination.rank < count)
-        faces = left = positions = None
+        faces = left = corners = positions = None
         if len(geometry.faces):
             faces, left = cut_faces(geometry.faces, source)
+            corners = 3 * left[:, None] + np.arange(3)
+            if self.parameters.refine:
+                fixed = fixed_edges(faces, source, constraints.seams, constraints.protect)
+                samples = self._samples.standing_for(faces, source)
+                faces, corners = refine_faces(geometry.points, faces, corners, samples, fixed)
             if self.parameters.placement == "optimal":
                 weight = self.parameters.border_weight
                 positions = optimal_positions(
@@ -299,6 +314,7 @@ class Analysis:
             begun,
             faces=faces,
             face_source=left,
+            corner_origin=corners,
             positions=positions,
             copies=count - len(kept),
         )

@@ -78,7 +78,10 @@ class Simplification:
     faces : (K, 3) int64 or None
         Faces over positions in `indices`; None for a cloud and for a threshold α.
     face_source : (K,) int64 or None
-        Input face that each face comes from, corner by corner.
+        Input face that each face takes its values from.
+    corner_origin : (K, 3) int64 or None
+        Input corner that each corner comes from: its point went into that of the corner. Corner c
+        of face f is ``3 f + c``. Three corners of one face, unless an edge was flipped.
     source : (N,) int64
         Position in `indices` of the kept point that stands for each input point; -1 for points
         that were not finite.
@@ -94,6 +97,7 @@ class Simplification:
     indices: NDArray[np.int64]
     faces: NDArray[np.int64] | None
     face_source: NDArray[np.int64] | None
+    corner_origin: NDArray[np.int64] | None
     source: NDArray[np.int64]
     positions: Floats | None
     interest: Interest | None
@@ -110,6 +114,7 @@ class Simplification:
         copies: int = 0,
         faces: Indices | None = None,
         face_source: Indices | None = None,
+        corner_origin: Indices | None = None,
         positions: Floats | None = None,
         interest: Interest | None = None,
         seconds: float = 0.0,
@@ -129,7 +134,9 @@ class Simplification:
         faces : (K, 3) intp, optional
             Faces over vertices.
         face_source : (K,) intp, optional
-            Clean face that each face comes from.
+            Clean face that each face takes its values from.
+        corner_origin : (K, 3) intp, optional
+            Corner of the clean faces that each corner comes from.
         positions : (n, 3) float64, optional
             New positions of the vertices.
         **context
@@ -151,12 +158,16 @@ class Simplification:
         if positions is not None:
             vertex = geometry.vertex_of[indices]
             moved = positions[vertex] / geometry.to_unit + geometry.centre
+        if corner_origin is not None:
+            face, corner = np.divmod(corner_origin, 3)
+            corner_origin = 3 * geometry.face_of[face] + corner
         return cls(
             indices=indices.astype(np.int64),
             faces=None if faces is None else place[faces],
             face_source=(
                 None if face_source is None else geometry.face_of[face_source].astype(np.int64)
             ),
+            corner_origin=None if corner_origin is None else corner_origin.astype(np.int64),
             source=sources,
             positions=moved,
             interest=interest,
@@ -192,18 +203,36 @@ class Simplification:
         -----
         O(F + K log K).
         """
-        if self.faces is None or self.face_source is None:
+        if self.faces is None or self.corner_origin is None:
             raise GeometryError("faces: this simplification has none; simplify a mesh by count")
         vertex_of = self._context.geometry.vertex_of
         given = indices(faces, "faces", "triangles", 3, len(vertex_of))
-        if int(self.face_source.max(initial=-1)) >= len(given):
+        if int(self.corner_origin.max(initial=-1)) >= given.size:
             raise GeometryError(f"faces: {len(given)} of them; give all that were analysed")
         vertices = vertex_of[self.indices]
         wanted = vertices[self.faces]
-        if (vertices[self.source[given[self.face_source]]] != wanted).any():
+        if (vertices[self.source[given.ravel()[self.corner_origin]]] != wanted).any():
             raise GeometryError("faces: they are not those that were analysed; give the same array")
         values = None if charts is None else corner_values(charts, "charts", given.shape)
-        return corner_sources(vertex_of[given], wanted, self.face_source, values)
+        return corner_sources(vertex_of[given], wanted, self.corner_origin, values)
+
+    @cached_property
+    def face_corners(self) -> NDArray[np.int64] | None:
+        """(K, 3) int64 input corner at the kept point whose values each corner takes, or None.
+
+        Its own one where the corner's point stayed. Where several charts meet at the point that it
+        went into, `corner_source` chooses among them.
+        """
+        if self.faces is None or self.corner_origin is None:
+            return None
+        geometry = self._context.geometry
+        clean = np.full(int(geometry.face_of.max(initial=-1)) + 1, -1)
+        clean[geometry.face_of] = np.arange(len(geometry.face_of))
+        face, corner = np.divmod(self.corner_origin, 3)
+        wanted = geometry.vertex_of[self.indices][self.faces]
+        origin = 3 * clean[face] + corner
+        face, corner = np.divmod(corner_sources(geometry.faces, wanted, origin, None), 3)
+        return 3 * geometry.face_of[face].astype(np.int64) + corner
 
     def edge_source(self, edges: ArrayLike, new_edges: ArrayLike) -> NDArray[np.int64]:
         """Return the input edge (e,) that each edge of the result takes its values from.
