@@ -18,6 +18,7 @@ from .cuts import Cuts
 from .decimation.costs import FLAT_EVENNESS, Weights
 from .decimation.cut import Ranking, input_ranking
 from .decimation.order import Elimination, eliminate
+from .decimation.samples import Samples
 from .decimation.surface import GUESSED_BORDER, elimination_surface
 from .decimation.targets import one_target
 from .input.constraints import Constraints, fingerprint
@@ -101,6 +102,11 @@ class Analysis:
     def extremities(self) -> Mask:
         angle = self.parameters.collinear_angle
         return boundary_extremities(self.geometry.points, self.components, angle)
+
+    @cached_property
+    def _samples(self) -> Samples:
+        """The mesh's vertices as samples of its surface, none of them assigned."""
+        return Samples.of_vertices(self.geometry.points, self.geometry.faces)
 
     @property
     def saliency(self) -> Floats:
@@ -226,7 +232,14 @@ class Analysis:
             if name == "alpha":
                 return self._by_threshold(value, constraints, begun, work)
             elimination = self._eliminate(constraints, work.part(0.0, 0.9))
-            cuts = Cuts(self.geometry, elimination, constraints, self.parameters, self._result)
+            cuts = Cuts(
+                self.geometry,
+                elimination,
+                constraints,
+                self.parameters,
+                self._samples,
+                self._result,
+            )
             count, notes = cuts.find_count(name, value, work.part(0.9, 1.0))
             work.part(1.0, 1.0, "Cut")
             return cuts.simplify(count, begun, notes)

@@ -19,7 +19,6 @@ import numpy as np
 
 from .errors import ParameterError
 
-
 ABOVE_ZERO = 1e-9
 """Minimum of what must not be zero."""
 
@@ -228,6 +227,9 @@ class Parameters:
     placement: str = _row("Elimination", "original", "Placement", choices=("original", "optimal"),
         sentence="Kept vertices of a mesh stay original points, or move to where the error is "
         "least (optimal).")
+    refine: bool = _row("Elimination", True, "Refine",
+        sentence="Flip edges of a simplified mesh to where its original lies, which lowers the "
+        "error by a tenth; off hands the cut over as it is.")
     error_unit: str = _row("Elimination", "diagonal", "Unit of error",
         choices=("diagonal", "length"),
         sentence="Largest error as a share of the bounding box's diagonal, or as a length in the "
