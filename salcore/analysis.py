@@ -15,12 +15,12 @@ from numpy.typing import ArrayLike, NDArray
 from .arrays.blocks import set_workers
 from .arrays.types import Floats, Indices, Mask
 from .cuts import Cuts
-from .decimation.costs import FLAT_EVENNESS, Weights
 from .decimation.cut import Ranking, input_ranking
 from .decimation.order import Elimination, eliminate
 from .decimation.samples import Samples
-from .decimation.surface import GUESSED_BORDER, elimination_surface
+from .decimation.surface import elimination_surface
 from .decimation.targets import one_target
+from .decimation.weights import weigh_removals
 from .input.constraints import Constraints, fingerprint
 from .input.geometry import Geometry
 from .method.frames import Frames
@@ -144,6 +144,7 @@ class Analysis:
         keep_seams: bool = True,
         keep_border: bool = False,
         keep_topology: bool = False,
+        point_values: ArrayLike | None = None,
         progress: Callback | None = None,
         **target: float | None,
     ) -> Simplification:
@@ -184,6 +185,9 @@ class Analysis:
         keep_topology : bool
             No part of a mesh goes or falls apart, no hole or handle closes. A target of fewer
             points stops at the fewest with which that is so.
+        point_values : (N, d) array_like of float, optional
+            Values of points, such as colours, whose differences count beside distances, by
+            `Parameters.attribute_weight`; the largest range among the columns is 1.
         progress : callable, optional
             Called with stage and fraction; returning False cancels.
 
@@ -226,6 +230,7 @@ class Analysis:
             keep_seams=keep_seams,
             keep_border=keep_border,
             keep_topology=keep_topology,
+            point_values=point_values,
         )
         work = Progress(progress)
         with set_workers(self.parameters.workers):
@@ -255,6 +260,7 @@ class Analysis:
         keep_seams: bool = True,
         keep_border: bool = False,
         keep_topology: bool = False,
+        point_values: ArrayLike | None = None,
         progress: Callback | None = None,
     ) -> Ranking:
         """Return the order in which input points go, for any number kept.
@@ -262,6 +268,8 @@ class Analysis:
         Parameters
         ----------
         protect, importance, seams, corner_values, corner_normals, keep_seams, progress
+            As in `simplify`.
+        point_values
             As in `simplify`.
         keep_border, keep_topology
             As in `simplify`; the host keeps to `Ranking.least`.
@@ -283,6 +291,7 @@ class Analysis:
             keep_seams=keep_seams,
             keep_border=keep_border,
             keep_topology=keep_topology,
+            point_values=point_values,
         )
         work = Progress(progress)
         with set_workers(self.parameters.workers):
@@ -331,7 +340,15 @@ class Analysis:
         if self._order.elimination is None:
             part = work.part(0.0, 0.1, "Surface")
             faces, links = elimination_surface(self.geometry, self.graph, self.parameters, part)
-            weights = self._weights(constraints)
+            extremities = self.extremities if self.parameters.interest_weight else None
+            weights = weigh_removals(
+                self.geometry,
+                self.frames,
+                self.saliency_map.scaled,
+                constraints,
+                self.parameters,
+                extremities,
+            )
             part = work.part(0.1, 1.0, "Elimination")
             self._order.elimination = eliminate(
                 self.geometry.points,
@@ -345,23 +362,6 @@ class Analysis:
                 keep_topology=constraints.keep_topology and len(self.geometry.faces) > 0,
             )
         return self._order.elimination
-
-    def _weights(self, constraints: Constraints) -> Weights:
-        """Return what each removal costs beside its quadric error."""
-        parameters, faces = self.parameters, self.geometry.faces
-        loose = np.ones(len(self.geometry.points), dtype=bool)
-        loose[faces] = False
-        factor = 1.0 + parameters.detail * self.saliency_map.scaled
-        factor *= 1.0 + constraints.importance
-        if parameters.interest_weight:
-            factor *= 1.0 + parameters.interest_weight * self.extremities
-        return Weights(
-            factor,
-            evenness=np.maximum(parameters.evenness * loose, FLAT_EVENNESS),
-            guessed_surface=loose,
-            protected=constraints.staying,
-            border=parameters.border_weight * (1.0 if len(faces) else GUESSED_BORDER),
-        )
 
     def _result(
         self,

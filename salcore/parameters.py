@@ -224,6 +224,10 @@ class Parameters:
         "uses.")
     border_weight: float = _row("Elimination", 1.0, "Border weight", minimum=0.0, maximum=1000.0,
         sentence="Weight of open borders and rims against the faces beside them.")
+    attribute_weight: float = _row("Elimination", 0.01, "Attribute weight", minimum=0.0,
+        maximum=100.0, unit="spacings",
+        sentence="How far from the surface a point of the most different colour seems to lie, in "
+        "mean spacings: more keeps the borders of colours and costs shape; the default costs none.")
     placement: str = _row("Elimination", "original", "Placement", choices=("original", "optimal"),
         sentence="Kept vertices of a mesh stay original points, or move to where the error is "
         "least (optimal).")
