@@ -12,7 +12,6 @@ False `salcore.Cancelled`.
 
 from __future__ import annotations
 
-import difflib
 import numbers
 from collections.abc import Callable
 from typing import Any
@@ -23,8 +22,16 @@ import pymeshlab
 import salcore
 
 from . import bridge
+from .parameters import (
+    ROWS,
+    TARGETS,
+    Callback,
+    check_not_empty,
+    closest,
+    make_parameters,
+    meshlab_name,
+)
 
-Callback = Callable[[str, float], bool | None]
 Filter = Callable[..., dict[str, Any]]
 
 _FILTERS: dict[str, Filter] = {}
@@ -32,15 +39,8 @@ _DEFAULTS: dict[str, dict[str, Any]] = {}
 """The parameters of every filter."""
 
 
-def meshlab_name(name: str) -> str:
-    """Return a parameter's name as MeshLab spells it: without underscores."""
-    return name.replace("_", "")
-
-
-_ROWS = {meshlab_name(row.name): row for row in salcore.TABLE}
-_TARGETS = {meshlab_name(row.name): row for row in salcore.TARGETS}
-_ANALYSIS = {"preset": "default"} | {name: row.default for name, row in _ROWS.items()}
-_SIMPLIFICATION = _ANALYSIS | dict.fromkeys(_TARGETS) | {"protectselected": False}
+_ANALYSIS = {"preset": "default"} | {name: row.default for name, row in ROWS.items()}
+_SIMPLIFICATION = _ANALYSIS | dict.fromkeys(TARGETS) | {"protectselected": False}
 
 
 def _filter(**defaults: Any) -> Callable[[Filter], Filter]:
@@ -91,7 +91,7 @@ def apply(mesh_set: Any, name: str, **parameters: Any) -> dict[str, Any]:
     for given in parameters:
         if meshlab_name(given) not in names and given != "progress":
             raise salcore.ParameterError(
-                f"no parameter {given!r}; {_closest(meshlab_name(given), names)}"
+                f"no parameter {given!r}; {closest(meshlab_name(given), names)}"
             )
     return _FILTERS[name](mesh_set, **parameters)
 
@@ -99,25 +99,7 @@ def apply(mesh_set: Any, name: str, **parameters: Any) -> dict[str, Any]:
 def _check_filter(name: str) -> None:
     """Refuse a name that no filter has."""
     if name not in _FILTERS:
-        raise salcore.ParameterError(f"no filter {name!r}; {_closest(name, _FILTERS)}")
-
-
-def _closest(name: str, names: Any) -> str:
-    """Return the remedy for a wrong name: the most similar one, or the list of all."""
-    close = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
-    return f"did you mean {close[0]}?" if close else f"choose one of {', '.join(sorted(names))}"
-
-
-def make_parameters(preset: str = "default", **values: Any) -> salcore.Parameters:
-    """Return the parameters of a preset with some values changed; names may have underscores."""
-    rows = {name: row.name for name, row in _ROWS.items()}
-    changed = {}
-    for name, value in values.items():
-        key = meshlab_name(name)
-        if key not in rows:
-            raise salcore.ParameterError(f"no parameter {name!r}; {_closest(key, rows)}")
-        changed[rows[key]] = value
-    return salcore.Parameters(**(salcore.Parameters.preset(preset).as_dict() | changed))
+        raise salcore.ParameterError(f"no filter {name!r}; {closest(name, _FILTERS)}")
 
 
 def _analyze(
@@ -133,11 +115,11 @@ def _analyze(
 def _split(parameters: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return the targets, by their names in salcore, and the other parameters."""
     targets = {
-        _TARGETS[meshlab_name(name)].name: value
+        TARGETS[meshlab_name(name)].name: value
         for name, value in parameters.items()
-        if meshlab_name(name) in _TARGETS and value is not None
+        if meshlab_name(name) in TARGETS and value is not None
     }
-    others = {k: v for k, v in parameters.items() if meshlab_name(k) not in _TARGETS}
+    others = {k: v for k, v in parameters.items() if meshlab_name(k) not in TARGETS}
     return targets, others
 
 
@@ -227,12 +209,6 @@ def _simplify(
     result = analysis.simplify(protect=protect, seams=seams, progress=progress, **targets)
     check_not_empty(result)
     return result
-
-
-def check_not_empty(result: salcore.Simplification) -> None:
-    """Refuse a simplification that keeps no point, of which MeshLab makes no layer."""
-    if not len(result.indices):
-        raise salcore.ParameterError("no point would be kept: give another target")
 
 
 def _custom_names(mesh_set: Any, names: str | tuple[str, ...]) -> tuple[str, ...]:

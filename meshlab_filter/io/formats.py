@@ -1,0 +1,30 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which module reads and writes which format; all other formats are MeshLab's."""
+
+from __future__ import annotations
+
+import importlib
+from pathlib import Path
+from types import ModuleType
+
+READERS = {".ply": "ply"}
+WRITERS = {".ply": "ply"}
+"""Modules of this package by the ending of a file."""
+
+
+def reader(path: Path) -> ModuleType | None:
+    """Return the module that reads a file, with a function ``read(path, warn)``; None for none."""
+    module = _module(READERS, path)
+    if module is None or not module.is_plain(path):
+        return None
+    return module
+
+
+def writer(path: Path) -> ModuleType | None:
+    """Return the module that writes a file, with a function ``write(layer, path, warn)``."""
+    return _module(WRITERS, path)
+
+
+def _module(table: dict[str, str], path: Path) -> ModuleType | None:
+    name = table.get(path.suffix.lower())
+    return None if name is None else importlib.import_module(f".{name}", __package__)

@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A layer of a file or project that MeshLab reads, as a document of the command."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import salcore
+
+from .. import bridge
+from ..errors import Warn
+from .files import choose_layer, load
+from .headers import PROJECT
+from .layer import Floats
+from .projects import save_project
+from .save import save_mesh
+
+
+class MeshDocument:
+    """The chosen layer of a `pymeshlab.MeshSet`."""
+
+    def __init__(self, path: Path, layer: str | None, warn: Warn, option: str) -> None:
+        self.path, self.warn = path, warn
+        self.mesh_set = load(path, warn)
+        choose_layer(self.mesh_set, layer, warn, option)
+        self.source = self.mesh_set.current_mesh()
+        self.label = self.source.label()
+
+    @property
+    def arrays(self) -> tuple[Floats, NDArray[Any] | None, Floats | None]:
+        """Points, faces and normals in the layer's own coordinates."""
+        return tuple(bridge.read(self.source))
+
+    @property
+    def selected(self) -> NDArray[np.bool_]:
+        """Which points are selected."""
+        return np.asarray(self.source.vertex_selection_array())
+
+    def seams(self) -> NDArray[np.int64] | None:
+        """Return the seams of texture coordinates; None without."""
+        return bridge.read_seams(self.source)
+
+    def surface(self) -> salcore.Surface:
+        """Return the surface with the layer's matrix applied."""
+        return bridge.read_surface(self.source)
+
+    def write_simplified(
+        self,
+        result: salcore.Simplification,
+        output: Path,
+        *,
+        normals: Floats,
+        with_faces: bool,
+        force: bool,
+    ) -> None:
+        """Write what a simplification keeps, or the whole project with it as a new layer.
+
+        MeshLab has normals of its own.
+        """
+        name = f"{self.label} simplified"
+        bridge.add_simplified(self.mesh_set, self.source, result, name, with_faces=with_faces)
+        self._write(output, force)
+
+    def write_map(
+        self, values: NDArray[Any], name: str, colors: Floats, output: Path, *, force: bool
+    ) -> None:
+        """Write the layer, or its project, with values as its quality, and colours."""
+        bridge.set_scalar(self.mesh_set, values, name)
+        bridge.set_colors(self.mesh_set, colors)
+        self._write(output, force)
+
+    def _write(self, output: Path, force: bool) -> None:
+        """Write the current layer, which was made from the source, or the whole project."""
+        mesh = self.mesh_set.current_mesh()
+        if self.source.face_number():
+            # MeshLab weights a vertex normal by the angles of its faces and does not normalize it.
+            self.mesh_set.apply_normal_normalization_per_vertex()
+        if mesh is not self.source and mesh.face_number() and self.source.texture_number() > 1:
+            self.warn(
+                f"{output}: its {self.source.texture_number()} textures are left out, for only one "
+                "can be carried over; their coordinates stay"
+            )
+        if output.suffix.lower() == PROJECT:
+            save_project(
+                self.mesh_set, output, force=force, reference=self.source, source=self.path
+            )
+            return
+        if not np.array_equal(mesh.transform_matrix(), np.eye(4)):
+            self.warn(
+                f"{output}: holds the layer's own coordinates, as MeshLab's export does; its "
+                "matrix is kept in a project only (.mlp)"
+            )
+        save_mesh(
+            self.mesh_set,
+            output,
+            force=force,
+            reference=self.source,
+            source=self.path,
+            warn=self.warn,
+        )

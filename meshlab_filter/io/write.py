@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Write a layer with its textures, whole or not at all, in a format that needs no MeshLab."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+import shutil
+from pathlib import Path
+
+from ..errors import FileError, Warn, ignore
+from . import formats
+from .layer import Layer
+from .staging import publish, staging
+
+
+def write_layer(
+    layer: Layer, path: Path, *, source: Path, force: bool = True, warn: Warn = ignore
+) -> None:
+    """Write a layer.
+
+    Parameters
+    ----------
+    layer : Layer
+    path : Path
+    source : Path
+        File that the layer was read from; its textures are copied as they are.
+    force : bool
+        Whether textures may replace existing files.
+    warn : callable
+        Called with a sentence for each thing that the format cannot hold.
+
+    Raises
+    ------
+    FileError
+        If the format is not known, or a texture exists already.
+    OSError
+        If the disk is full.
+    """
+    module = formats.writer(path)
+    if module is None:
+        raise FileError(f"{path}: no format for this ending; choose one such as .ply")
+    with staging(path) as folder:
+        layer, same = _copy_textures(layer, source, path, folder, warn)
+        try:
+            module.write(layer, folder / path.name, lambda text: warn(_named(text, folder, path)))
+        except OSError as error:
+            raise OSError(f"{path}: not written to the end ({error.strerror})") from error
+        publish(folder, path, force=force, preserve=same)
+
+
+def _named(text: str, folder: Path, path: Path) -> str:
+    """Return a message that names the output instead of its staged file."""
+    return text.replace(str(folder / path.name), str(path))
+
+
+def _copy_textures(
+    layer: Layer, source: Path, path: Path, folder: Path, warn: Warn
+) -> tuple[Layer, set[str]]:
+    """Copy images into the staging folder; return the layer and the names that need no writing."""
+    names, same = [], set()
+    for name in layer.textures:
+        image = source.parent / Path(*re.split(r"[\\/]", name))
+        inside = not Path(name).is_absolute() and ".." not in re.split(r"[\\/]", name)
+        target = name if inside else image.name
+        names.append(target)
+        if not image.is_file():
+            warn(f"{path}: its texture {name} is missing beside {source}; the name is kept")
+            continue
+        there = path.parent / target
+        if there.exists() and (there.samefile(image) or there.read_bytes() == image.read_bytes()):
+            same.add(Path(target).as_posix())
+            continue
+        (folder / target).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(image, folder / target)
+    return dataclasses.replace(layer, textures=tuple(names)), same
