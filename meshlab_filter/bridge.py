@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 
 import salcore
 
+from .io.layer import NORMAL, RGB, XYZ, Layer, byte_colors
+
 Floats = NDArray[np.float64]
 
 
@@ -49,6 +51,41 @@ def read_surface(mesh: Any) -> salcore.Surface:
     """Return the surface of a mesh, with its matrix applied, for `salcore.compare`."""
     faces = read(mesh).faces
     return salcore.make_surface(mesh.transformed_vertex_matrix(), faces)
+
+
+def make_mesh(layer: Layer) -> tuple[Any, tuple[str, ...]]:
+    """Return a cloud as a `pymeshlab.Mesh`, and the names of the columns that it does not hold."""
+    columns = byte_colors(layer.columns)
+    held, arrays = set(XYZ), {}
+    if set(NORMAL) <= columns.keys():
+        arrays["v_normals_matrix"] = np.column_stack([columns[k] for k in NORMAL]).astype(float)
+        held |= set(NORMAL)
+    if set(RGB) <= columns.keys() and columns["red"].dtype == np.uint8:
+        alpha = columns.get("alpha", np.full(len(layer.points), 255, dtype=np.uint8))
+        paint = np.column_stack([*(columns[k] for k in RGB), alpha])
+        arrays["v_color_matrix"] = paint / 255.0
+        held |= {*RGB, "alpha"}
+    if "quality" in columns:
+        arrays["v_scalar_array"] = columns["quality"].astype(np.float64)
+        held.add("quality")
+    mesh = pymeshlab.Mesh(np.ascontiguousarray(layer.points), **arrays)
+    return mesh, tuple(name for name in columns if name not in held)
+
+
+def make_layer(mesh: Any, reference: Any) -> Layer:
+    """Return the points of a mesh with what `reference`, from which it was made, has."""
+    points = mesh.vertex_matrix()
+    columns = {name: points[:, axis] for axis, name in enumerate(XYZ)}
+    normals = mesh.vertex_normal_matrix()
+    if normals.any():
+        columns |= {name: normals[:, axis] for axis, name in enumerate(NORMAL)}
+    if reference.has_vertex_color():
+        paint = np.round(255.0 * mesh.vertex_color_matrix()).astype(np.uint8)
+        columns |= {name: paint[:, axis] for axis, name in enumerate(RGB)}
+    if reference.has_vertex_scalar():
+        columns["quality"] = mesh.vertex_scalar_array()
+    faces = mesh.face_matrix().astype(np.int64) if mesh.face_number() else None
+    return Layer(mesh.label(), points, columns, faces)
 
 
 def add_simplified(

@@ -98,7 +98,19 @@ def _open(options: argparse.Namespace) -> Document:
         check_picture(picture)
     files.check_format(options.output)
     _check_outputs([options.output], [report, picture], options)
-    return open_document(options.input, options.layer, _warn(options), outputs=[options.output])
+    return _open_input(options, [options.output])
+
+
+def _open_input(options: argparse.Namespace, outputs: list[Path]) -> Document:
+    """Open the input for writing to these outputs."""
+    document = open_document(
+        options.input, options.layer, _warn(options), outputs=outputs, columns=options.columns
+    )
+    as_points = getattr(options, "points", False) or getattr(options, "alpha", None) is not None
+    if document.arrays[1] is not None and not as_points:
+        for output in outputs:
+            files.check_holds_faces(output)
+    return document
 
 
 def _check_outputs(
@@ -181,7 +193,7 @@ def _lods(options: argparse.Namespace) -> None:
         files.check_format(output)
         if output.suffix.lower() == PROJECT:
             raise salcore.ParameterError(f"{output}: levels are mesh files; name a mesh format")
-    document = open_document(options.input, options.layer, _warn(options), outputs=outputs)
+    document = _open_input(options, outputs)
     constraints = _constraints(document, options)
     with _progress(options.quiet) as progress:
         analysis = _analyze(document, options, progress)

@@ -86,6 +86,12 @@ def _add_files(command: argparse.ArgumentParser) -> None:
     command.add_argument("input", type=Path, help="mesh file, or MeshLab project (.mlp)")
     command.add_argument("output", type=Path, help="file to write, of any format MeshLab writes")
     command.add_argument("--layer", metavar="NAME", help="layer of a project, by name or number")
+    command.add_argument(
+        "--columns",
+        metavar="NAMES",
+        help="columns of a text file, such as x,y,z,r,g,b,intensity; _ leaves one out "
+        "(default: recognized)",
+    )
     command.add_argument("--quiet", action="store_true", help="show nothing but errors")
     command.add_argument("--force", action="store_true", help="overwrite an existing output")
     command.add_argument("--preset", choices=salcore.PRESETS, default="default")

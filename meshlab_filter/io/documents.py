@@ -61,8 +61,22 @@ def open_document(
     *,
     outputs: list[Path] | None = None,
     option: str = "--layer",
+    columns: str | None = None,
 ) -> Document:
     """Open a layer of a file, for writing to formats that `outputs` name.
+
+    Parameters
+    ----------
+    path : Path
+    layer : str, optional
+        Name or number; by default the first, or the current one of a project.
+    warn : callable
+        Called with a sentence for whatever is not as in the file.
+    outputs : list of Path, optional
+    option : str
+        The command's option that chooses the layer, for messages.
+    columns : str, optional
+        Names of the columns of a text file.
 
     Raises
     ------
@@ -71,11 +85,22 @@ def open_document(
     """
     check_input(path)
     module = formats.reader(path)
-    if module is not None and all(formats.writer(output) for output in outputs or []):
-        return LayerDocument(path, choose(module.read(path, warn), layer, path), warn)
-    from .mesh_document import MeshDocument
+    text = path.suffix.lower() in formats.TEXT
+    if columns is not None and not text:
+        raise FileError(f"--columns: is for text such as .xyz and .csv; leave it out for {path}")
+    foreign = not all(formats.writer(output) for output in outputs or [])
+    # MeshLab reads a PLY file's texture as it wants to have it.
+    if module is None or (foreign and path.suffix.lower() == ".ply"):
+        from .mesh_document import MeshDocument
 
-    return MeshDocument(path, layer, warn, option)
+        return MeshDocument.load(path, layer, warn, option)
+    layers = module.read(path, warn, columns=columns) if text else module.read(path, warn)
+    document = LayerDocument(path, choose(layers, layer, path), warn)
+    if foreign:
+        from .mesh_document import MeshDocument
+
+        return MeshDocument.from_layer(path, document.layer, warn)
+    return document
 
 
 def choose(layers: list[Layer], name: str | None, path: Path) -> Layer:

@@ -141,3 +141,18 @@ def check_format(path: Path) -> None:
     if not pymeshlab_io.writes(ending):
         what = f"MeshLab does not write {ending} files" if ending else "the name has no ending"
         raise FileError(f"{path}: {what}; choose a format such as .ply or .obj")
+
+
+def check_holds_faces(path: Path) -> None:
+    """Refuse an output for a mesh in a format that holds points alone.
+
+    Raises
+    ------
+    FileError
+    """
+    module = formats.writer(path)
+    if module is not None and not module.FACES:
+        raise FileError(
+            f"{path}: {path.suffix} files hold points alone; choose --points, or a format with "
+            "faces, such as .ply"
+        )

@@ -7,8 +7,9 @@ import importlib
 from pathlib import Path
 from types import ModuleType
 
-READERS = {".ply": "ply"}
-WRITERS = {".ply": "ply"}
+TEXT = (".xyz", ".txt", ".csv", ".asc", ".pts")
+READERS = {".ply": "ply"} | dict.fromkeys(TEXT, "text")
+WRITERS = {".ply": "ply"} | dict.fromkeys(TEXT, "text")
 """Modules of this package by the ending of a file."""
 
 

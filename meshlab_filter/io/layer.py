@@ -123,3 +123,17 @@ class Layer:
         columns |= {name: paint[:, axis] for axis, name in enumerate(RGB)}
         columns["quality"] = np.asarray(values, dtype=np.float64)
         return dataclasses.replace(self, columns=columns)
+
+
+def byte_colors(columns: Columns) -> Columns:
+    """Return columns in which colours from 0 to 1 are bytes, as readers of meshes want them."""
+    names = [name for name in (*RGB, "alpha") if name in columns]
+    if not names or any(columns[name].dtype.kind != "f" for name in names):
+        return columns
+    top = max(float(np.nan_to_num(columns[name]).max(initial=0.0)) for name in names)
+    scale = 255.0 if top <= 1.0 else 1.0
+    bytes_ = {
+        name: np.clip(np.round(scale * np.nan_to_num(columns[name])), 0, 255).astype(np.uint8)
+        for name in names
+    }
+    return {name: bytes_.get(name, values) for name, values in columns.items()}

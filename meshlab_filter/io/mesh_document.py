@@ -7,28 +7,66 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pymeshlab
 from numpy.typing import NDArray
 
 import salcore
 
 from .. import bridge
 from ..errors import Warn
+from . import formats
 from .files import choose_layer, load
 from .headers import PROJECT
-from .layer import Floats
+from .layer import RGB, Floats, Layer
 from .projects import save_project
 from .save import save_mesh
+from .write import write_layer
+
+
+class _Made:
+    """A mesh made from a layer: MeshLab would say that it has colours and quality, come what may."""
+
+    def __init__(self, mesh: Any, layer: Layer) -> None:
+        self._mesh, self._columns = mesh, layer.columns
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._mesh, name)
+
+    def has_vertex_color(self) -> bool:
+        """Return whether the layer has colours."""
+        return set(RGB) <= self._columns.keys()
+
+    def has_vertex_scalar(self) -> bool:
+        """Return whether the layer has a quality."""
+        return "quality" in self._columns
 
 
 class MeshDocument:
     """The chosen layer of a `pymeshlab.MeshSet`."""
 
-    def __init__(self, path: Path, layer: str | None, warn: Warn, option: str) -> None:
-        self.path, self.warn = path, warn
-        self.mesh_set = load(path, warn)
-        choose_layer(self.mesh_set, layer, warn, option)
-        self.source = self.mesh_set.current_mesh()
+    def __init__(self, path: Path, mesh_set: Any, warn: Warn) -> None:
+        self.path, self.mesh_set, self.warn = path, mesh_set, warn
+        self.unheld: tuple[str, ...] = ()
+        self.source = mesh_set.current_mesh()
+        self.reference = self.source
         self.label = self.source.label()
+
+    @classmethod
+    def load(cls, path: Path, layer: str | None, warn: Warn, option: str) -> MeshDocument:
+        """Load a file or project and choose a layer."""
+        mesh_set = load(path, warn)
+        choose_layer(mesh_set, layer, warn, option)
+        return cls(path, mesh_set, warn)
+
+    @classmethod
+    def from_layer(cls, path: Path, layer: Layer, warn: Warn) -> MeshDocument:
+        """Take a layer over that was read without MeshLab, for a format that MeshLab writes."""
+        mesh_set = pymeshlab.MeshSet(verbose=False)
+        mesh, unheld = bridge.make_mesh(layer)
+        mesh_set.add_mesh(mesh, layer.label)
+        document = cls(path, mesh_set, warn)
+        document.unheld, document.reference = unheld, _Made(document.source, layer)
+        return document
 
     @property
     def arrays(self) -> tuple[Floats, NDArray[Any] | None, Floats | None]:
@@ -71,11 +109,16 @@ class MeshDocument:
         """Write the layer, or its project, with values as its quality, and colours."""
         bridge.set_scalar(self.mesh_set, values, name)
         bridge.set_colors(self.mesh_set, colors)
+        self.reference = self.source  # which now has both
         self._write(output, force)
 
     def _write(self, output: Path, force: bool) -> None:
         """Write the current layer, which was made from the source, or the whole project."""
         mesh = self.mesh_set.current_mesh()
+        if self.unheld:
+            self.warn(
+                f"{output}: {output.suffix} files do not keep {', '.join(self.unheld)}; .ply does"
+            )
         if self.source.face_number():
             # MeshLab weights a vertex normal by the angles of its faces and does not normalize it.
             self.mesh_set.apply_normal_normalization_per_vertex()
@@ -86,7 +129,7 @@ class MeshDocument:
             )
         if output.suffix.lower() == PROJECT:
             save_project(
-                self.mesh_set, output, force=force, reference=self.source, source=self.path
+                self.mesh_set, output, force=force, reference=self.reference, source=self.path
             )
             return
         if not np.array_equal(mesh.transform_matrix(), np.eye(4)):
@@ -94,11 +137,15 @@ class MeshDocument:
                 f"{output}: holds the layer's own coordinates, as MeshLab's export does; its "
                 "matrix is kept in a project only (.mlp)"
             )
+        if output.suffix.lower() != ".ply" and formats.writer(output):
+            layer = bridge.make_layer(mesh, self.reference)
+            write_layer(layer, output, source=self.path, force=force, warn=self.warn)
+            return
         save_mesh(
             self.mesh_set,
             output,
             force=force,
-            reference=self.source,
+            reference=self.reference,
             source=self.path,
             warn=self.warn,
         )

@@ -17,9 +17,10 @@ from numpy.typing import NDArray
 from plyfile import PlyData, PlyElement, PlyListProperty, PlyParseError, PlyProperty
 
 from ..errors import FileError, Warn, ignore
-from .layer import XYZ, Columns, Layer
+from .layer import XYZ, Columns, Layer, byte_colors
 from .polygons import triangulate
 
+FACES = True
 FACE_LISTS = ("vertex_indices", "vertex_index")
 TEXCOORD = "texcoord"
 MAX_HEADER = 1 << 20
@@ -316,7 +317,8 @@ def _flat(lists: NDArray[Any]) -> tuple[NDArray[Any], NDArray[np.int64]]:
 def write(layer: Layer, path: Path, warn: Warn = ignore) -> None:
     """Write a layer as a binary PLY file; `warn` hears of what PLY files cannot hold."""
     origin = layer.origin if isinstance(layer.origin, Origin) else Origin((), ())
-    columns, lost = _writable(layer.columns)
+    given = layer.columns if isinstance(layer.origin, Origin) else byte_colors(layer.columns)
+    columns, lost = _writable(given)
     face_columns, lost_faces = _writable(layer.face_columns)
     if lost or lost_faces:
         warn(f"{path}: no type of PLY files holds {', '.join(lost + lost_faces)}; left out")

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from ..errors import FileError, Warn, ignore
 from . import formats
+from .files import check_holds_faces
 from .layer import Layer
 from .staging import publish, staging
 
@@ -40,6 +41,8 @@ def write_layer(
     module = formats.writer(path)
     if module is None:
         raise FileError(f"{path}: no format for this ending; choose one such as .ply")
+    if layer.faces is not None:
+        check_holds_faces(path)
     with staging(path) as folder:
         layer, same = _copy_textures(layer, source, path, folder, warn)
         try:
