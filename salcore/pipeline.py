@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 
 from numpy.typing import ArrayLike
 
@@ -95,6 +96,9 @@ def simplify(
     protect: ArrayLike | None = None,
     importance: ArrayLike | None = None,
     seams: ArrayLike | None = None,
+    corner_values: ArrayLike | Sequence[ArrayLike] | None = None,
+    corner_normals: ArrayLike | None = None,
+    keep_seams: bool = True,
     progress: Callback | None = None,
     **target: float | None,
 ) -> Simplification:
@@ -112,5 +116,12 @@ def simplify(
     first, second = work.portion(0.0, ANALYSIS_SHARE), work.portion(ANALYSIS_SHARE, 1.0)
     analysis = analyze(points, faces, normals, parameters, progress=first)
     return analysis.simplify(
-        protect=protect, importance=importance, seams=seams, progress=second, **target
+        protect=protect,
+        importance=importance,
+        seams=seams,
+        corner_values=corner_values,
+        corner_normals=corner_normals,
+        keep_seams=keep_seams,
+        progress=second,
+        **target,
     )
