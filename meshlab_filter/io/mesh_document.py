@@ -24,7 +24,7 @@ from .write import write_layer
 
 
 class _Made:
-    """A mesh made from a layer: MeshLab would say that it has colours and quality, come what may."""
+    """A mesh made from a layer; MeshLab gives it colours and quality that the layer may lack."""
 
     def __init__(self, mesh: Any, layer: Layer) -> None:
         self._mesh, self._columns = mesh, layer.columns
