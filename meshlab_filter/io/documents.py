@@ -15,6 +15,7 @@ from ..errors import FileError, Warn
 from . import formats
 from .files import check_input
 from .layer import Floats, Layer
+from .scans import merge
 from .write import write_layer
 
 
@@ -94,8 +95,12 @@ def open_document(
         from .mesh_document import MeshDocument
 
         return MeshDocument.load(path, layer, warn, option)
-    layers = module.read(path, warn, columns=columns) if text else module.read(path, warn)
-    document = LayerDocument(path, choose(layers, layer, path), warn)
+    said: list[str] = []  # where a file is refused, that alone is said
+    options = {"columns": columns} if text else {}
+    layers = module.read(path, said.append, **options)
+    document = LayerDocument(path, choose(layers, layer, path, said.append, option), warn)
+    for message in said:
+        warn(message)
     if foreign:
         from .mesh_document import MeshDocument
 
@@ -103,10 +108,15 @@ def open_document(
     return document
 
 
-def choose(layers: list[Layer], name: str | None, path: Path) -> Layer:
-    """Return the layer of a name or number."""
+def choose(layers: list[Layer], name: str | None, path: Path, warn: Warn, option: str) -> Layer:
+    """Return the layer of a name or number; without one all of them as one cloud."""
     if name is None:
-        return layers[0]
+        if len(layers) > 1:
+            warn(
+                f"{path}: its {len(layers)} scans were merged, with a column that numbers them; "
+                f"choose one with {option}"
+            )
+        return merge(layers, path.stem)
     for number, layer in enumerate(layers):
         if name in (layer.label, str(number)):
             return layer

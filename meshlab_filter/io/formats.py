@@ -7,9 +7,12 @@ import importlib
 from pathlib import Path
 from types import ModuleType
 
+from ..errors import FileError
+
 TEXT = (".xyz", ".txt", ".csv", ".asc", ".pts")
-READERS = {".ply": "ply"} | dict.fromkeys(TEXT, "text")
-WRITERS = {".ply": "ply"} | dict.fromkeys(TEXT, "text")
+SCANS = {".las": "las", ".laz": "las", ".pcd": "pcd"}
+READERS = {".ply": "ply", ".e57": "e57", ".ptx": "ptx"} | SCANS | dict.fromkeys(TEXT, "text")
+WRITERS = {".ply": "ply"} | SCANS | dict.fromkeys(TEXT, "text")
 """Modules of this package by the ending of a file."""
 
 
@@ -29,3 +32,20 @@ def writer(path: Path) -> ModuleType | None:
 def _module(table: dict[str, str], path: Path) -> ModuleType | None:
     name = table.get(path.suffix.lower())
     return None if name is None else importlib.import_module(f".{name}", __package__)
+
+
+def required(library: str, path: Path) -> ModuleType:
+    """Import a library that reads scans.
+
+    Raises
+    ------
+    FileError
+        If it is not installed.
+    """
+    try:
+        return importlib.import_module(library)
+    except ImportError as error:
+        raise FileError(
+            f"{path}: {path.suffix} files need {library}: install it with "
+            "pip install 'salient-simplify[scans]'"
+        ) from error

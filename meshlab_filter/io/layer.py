@@ -44,6 +44,8 @@ class Layer:
         What the module that read the file needs to write one of its kind.
     textures : tuple of str
         Names of image files, relative to the file.
+    rows : (N,) int64 or None
+        Number of each point among those of `origin`; None where `origin` holds no points.
     """
 
     label: str
@@ -54,6 +56,7 @@ class Layer:
     corners: Columns = field(default_factory=dict)
     origin: Any = None
     textures: tuple[str, ...] = ()
+    rows: NDArray[np.int64] | None = None
 
     @property
     def normals(self) -> Floats | None:
@@ -87,7 +90,8 @@ class Layer:
         if result.positions is not None:
             points = result.positions
             columns |= {name: points[:, axis] for axis, name in enumerate(XYZ)}
-        light = dataclasses.replace(self, points=points, columns=columns)
+        rows = None if self.rows is None else self.rows[kept]
+        light = dataclasses.replace(self, points=points, columns=columns, rows=rows)
         if self.faces is None:
             return light
         of = result.face_source

@@ -64,6 +64,8 @@ def read(path: Path, warn: Warn = ignore, columns: str | None = None) -> list[La
     """
     with _open(path) as text:
         layout = _sniff(text, path)
+        if layout.declared is not None and 2 * layout.declared > path.stat().st_size:
+            raise FileError(f"{path}: is cut short; it declares {layout.declared} points")
         table = _parse(text, layout, path)
     if columns is not None:
         names = _named(columns, len(table), path)

@@ -43,18 +43,16 @@ def write_layer(
         raise FileError(f"{path}: no format for this ending; choose one such as .ply")
     if layer.faces is not None:
         check_holds_faces(path)
+    said: list[str] = []  # where writing fails, that alone is said
     with staging(path) as folder:
-        layer, same = _copy_textures(layer, source, path, folder, warn)
+        layer, same = _copy_textures(layer, source, path, folder, said.append)
         try:
-            module.write(layer, folder / path.name, lambda text: warn(_named(text, folder, path)))
+            module.write(layer, folder / path.name, said.append)
         except OSError as error:
             raise OSError(f"{path}: not written to the end ({error.strerror})") from error
         publish(folder, path, force=force, preserve=same)
-
-
-def _named(text: str, folder: Path, path: Path) -> str:
-    """Return a message that names the output instead of its staged file."""
-    return text.replace(str(folder / path.name), str(path))
+    for message in said:
+        warn(message.replace(str(folder / path.name), str(path)))
 
 
 def _copy_textures(
