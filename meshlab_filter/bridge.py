@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 import salcore
 
-from .io.layer import NORMAL, RGB, XYZ, Layer, byte_colors
+from .io.layer import NORMAL, RGB, XYZ, Layer, are_split, byte_colors
 
 Floats = NDArray[np.float64]
 
@@ -40,11 +40,25 @@ def read(mesh: Any) -> Arrays:
     return Arrays(points, None, normals if normals.any() else None)
 
 
-def read_seams(mesh: Any) -> NDArray[np.int64] | None:
-    """Return the seams (s, 2) of the texture; None without wedge texture coordinates."""
-    if not mesh.has_wedge_tex_coord():
-        return None
-    return salcore.find_seams(mesh.face_matrix(), mesh.wedge_tex_coord_matrix().reshape(-1, 3, 2))
+def corner_layers(mesh: Any) -> dict[str, Any]:
+    """Return what tells the charts of a mesh apart, as arguments of `salcore.Analysis.simplify`.
+
+    Wedge texture coordinates are values of corners; texture coordinates, colours and normals of
+    vertices that lie at one place are so too, for files split vertices along seams.
+    """
+    if not mesh.face_number():
+        return {}
+    faces, points = mesh.face_matrix(), mesh.vertex_matrix()
+    values = []
+    if mesh.has_wedge_tex_coord():
+        values.append(mesh.wedge_tex_coord_matrix().reshape(-1, 3, 2))
+    elif mesh.has_vertex_tex_coord():
+        values.append(mesh.vertex_tex_coord_matrix()[faces])
+    if mesh.has_face_color():
+        values.append(np.repeat(mesh.face_color_matrix()[:, None], 3, axis=1))
+    if are_split(points) and mesh.has_vertex_color():
+        values.append(mesh.vertex_color_matrix()[faces])
+    return {"corner_values": [np.nan_to_num(v) for v in values] or None}
 
 
 def read_surface(mesh: Any) -> salcore.Surface:
@@ -170,8 +184,7 @@ def _face_arrays(mesh: Any, result: salcore.Simplification) -> dict[str, Any]:
 def _wedges(mesh: Any, result: salcore.Simplification) -> Floats:
     """Return texture coordinates (3 K, 2) for the corners of the kept faces."""
     wedges = mesh.wedge_tex_coord_matrix()
-    corners = result.corner_source(mesh.face_matrix(), wedges.reshape(-1, 3, 2))
-    return np.asarray(wedges[corners.ravel()])
+    return np.asarray(wedges[result.face_corners.ravel()])
 
 
 def _use_first_texture(mesh_set: Any) -> None:

@@ -188,7 +188,7 @@ def _simplify(
     progress: Callback | None = None,
     *,
     protectselected: bool = False,
-    keepseams: bool = False,
+    keepseams: bool = True,
     **parameters: Any,
 ) -> salcore.Simplification:
     """Simplify the current layer to the one target among the parameters.
@@ -205,8 +205,10 @@ def _simplify(
     analysis = _analyze(mesh_set, progress, **others)
     mesh = mesh_set.current_mesh()
     protect = mesh.vertex_selection_array() if protectselected else None
-    seams = bridge.read_seams(mesh) if keepseams else None
-    result = analysis.simplify(protect=protect, seams=seams, progress=progress, **targets)
+    layers = bridge.corner_layers(mesh)
+    result = analysis.simplify(
+        protect=protect, keep_seams=keepseams, progress=progress, **layers, **targets
+    )
     check_not_empty(result)
     return result
 

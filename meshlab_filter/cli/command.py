@@ -209,11 +209,12 @@ def _lods(options: argparse.Namespace) -> None:
 
 
 def _constraints(document: Document, options: argparse.Namespace) -> dict[str, Any]:
-    """Return the constraints on a simplification: selected points, and seams of the texture."""
-    textured = not (options.points or options.free_seams)
+    """Return the constraints on a simplification: selected points, and what makes seams."""
+    layers = {} if options.points else document.corner_layers()
     return {
         "protect": document.selected if options.protect_selected else None,
-        "seams": document.seams() if textured else None,
+        "keep_seams": not options.free_seams,
+        **layers,
     }
 
 

@@ -16,6 +16,7 @@ from . import formats
 from .files import check_input
 from .layer import Floats, Layer
 from .scans import merge
+from .wedges import corner_layers
 from .write import write_layer
 
 
@@ -32,8 +33,8 @@ class Document(Protocol):
     def selected(self) -> NDArray[np.bool_]:
         """Which points are selected."""
 
-    def seams(self) -> NDArray[np.int64] | None:
-        """Return the seams of values at corners; None without."""
+    def corner_layers(self) -> dict[str, Any]:
+        """Return what tells charts apart, as arguments of `salcore.Analysis.simplify`."""
 
     def surface(self) -> salcore.Surface:
         """Return the surface where the scene has it, for `salcore.compare`."""
@@ -151,9 +152,9 @@ class LayerDocument:
         """Which points are selected."""
         return self.layer.selected
 
-    def seams(self) -> NDArray[np.int64] | None:
-        """Return the seams of values at corners; None without."""
-        return self.layer.seams()
+    def corner_layers(self) -> dict[str, Any]:
+        """Return what tells charts apart."""
+        return corner_layers(self.layer)
 
     def surface(self) -> salcore.Surface:
         """Return the surface."""

@@ -11,8 +11,9 @@ from ..errors import FileError
 
 TEXT = (".xyz", ".txt", ".csv", ".asc", ".pts")
 SCANS = {".las": "las", ".laz": "las", ".pcd": "pcd"}
-READERS = {".ply": "ply", ".e57": "e57", ".ptx": "ptx"} | SCANS | dict.fromkeys(TEXT, "text")
-WRITERS = {".ply": "ply"} | SCANS | dict.fromkeys(TEXT, "text")
+OTHERS = SCANS | dict.fromkeys(TEXT, "text")
+READERS = {".ply": "ply", ".obj": "obj", ".e57": "e57", ".ptx": "ptx"} | OTHERS
+WRITERS = {".ply": "ply", ".obj": "obj_write"} | OTHERS
 """Modules of this package by the ending of a file."""
 
 

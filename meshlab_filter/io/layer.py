@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 
 import salcore
 
+from .mtl import Material
+
 Floats = NDArray[np.float64]
 Columns = dict[str, NDArray[Any]]
 
@@ -46,6 +48,8 @@ class Layer:
         Names of image files, relative to the file.
     rows : (N,) int64 or None
         Number of each point among those of `origin`; None where `origin` holds no points.
+    materials : tuple of Material
+        What the numbers in the column `material` of the faces stand for.
     """
 
     label: str
@@ -57,6 +61,7 @@ class Layer:
     origin: Any = None
     textures: tuple[str, ...] = ()
     rows: NDArray[np.int64] | None = None
+    materials: tuple[Material, ...] = ()
 
     @property
     def normals(self) -> Floats | None:
@@ -78,9 +83,8 @@ class Layer:
         columns = dict(self.columns)
         if not set(NORMAL) <= columns.keys():
             columns |= {name: normals[:, axis] for axis, name in enumerate(NORMAL)}
-        return dataclasses.replace(
-            self, columns=columns, faces=None, face_columns={}, corners={}, textures=()
-        )
+        bare: dict[str, Any] = {"faces": None, "face_columns": {}, "corners": {}}
+        return dataclasses.replace(self, columns=columns, textures=(), materials=(), **bare)
 
     def simplified(self, result: salcore.Simplification) -> Layer:
         """Return what a simplification keeps: every value of the kept points, bit for bit."""
@@ -104,21 +108,10 @@ class Layer:
 
     def _corners(self, result: salcore.Simplification) -> Columns:
         """Return the values at the corners of the kept faces."""
-        if not self.corners or self.faces is None:
+        if not self.corners:
             return {}
-        charts = np.concatenate(list(self.corners.values()), axis=2).astype(np.float64)
-        source = result.corner_source(self.faces, charts).ravel()
-        return {
-            name: values.reshape(-1, values.shape[2])[source].reshape(-1, 3, values.shape[2])
-            for name, values in self.corners.items()
-        }
-
-    def seams(self) -> NDArray[np.int64] | None:
-        """Return the seams (s, 2) of the values at corners; None without such values."""
-        if not self.corners or self.faces is None:
-            return None
-        values = np.concatenate(list(self.corners.values()), axis=2)
-        return salcore.find_seams(self.faces, values.astype(np.float64))
+        source = result.face_corners
+        return {name: v.reshape(-1, v.shape[2])[source] for name, v in self.corners.items()}
 
     def mapped(self, values: NDArray[Any], colors: Floats) -> Layer:
         """Return the layer with values as MeshLab's quality, and with colours in [0, 1]."""
@@ -141,3 +134,9 @@ def byte_colors(columns: Columns) -> Columns:
         for name in names
     }
     return {name: bytes_.get(name, values) for name, values in columns.items()}
+
+
+def are_split(points: Floats) -> bool:
+    """Return whether several points lie at one place, as where files split vertices."""
+    order = np.lexsort(points.T)
+    return bool((points[order[1:]] == points[order[:-1]]).all(axis=1).any())

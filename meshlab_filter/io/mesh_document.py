@@ -78,9 +78,9 @@ class MeshDocument:
         """Which points are selected."""
         return np.asarray(self.source.vertex_selection_array())
 
-    def seams(self) -> NDArray[np.int64] | None:
-        """Return the seams of texture coordinates; None without."""
-        return bridge.read_seams(self.source)
+    def corner_layers(self) -> dict[str, Any]:
+        """Return what tells charts apart."""
+        return bridge.corner_layers(self.source)
 
     def surface(self) -> salcore.Surface:
         """Return the surface with the layer's matrix applied."""
@@ -137,7 +137,8 @@ class MeshDocument:
                 f"{output}: holds the layer's own coordinates, as MeshLab's export does; its "
                 "matrix is kept in a project only (.mlp)"
             )
-        if output.suffix.lower() != ".ply" and formats.writer(output):
+        module = formats.writer(output)
+        if module is not None and not module.FACES:
             layer = bridge.make_layer(mesh, self.reference)
             write_layer(layer, output, source=self.path, force=force, warn=self.warn)
             return

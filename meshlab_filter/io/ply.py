@@ -7,6 +7,7 @@ by numpy in one piece.
 
 from __future__ import annotations
 
+import dataclasses
 import io
 import re
 from pathlib import Path
@@ -17,7 +18,7 @@ from numpy.typing import NDArray
 from plyfile import PlyData, PlyElement, PlyListProperty, PlyParseError, PlyProperty
 
 from ..errors import FileError, Warn, ignore
-from .layer import XYZ, Columns, Layer, byte_colors
+from .layer import NORMAL, RGB, XYZ, Columns, Layer, byte_colors
 from .polygons import triangulate
 
 FACES = True
@@ -316,9 +317,10 @@ def _flat(lists: NDArray[Any]) -> tuple[NDArray[Any], NDArray[np.int64]]:
 
 def write(layer: Layer, path: Path, warn: Warn = ignore) -> None:
     """Write a layer as a binary PLY file; `warn` hears of what PLY files cannot hold."""
-    origin = layer.origin if isinstance(layer.origin, Origin) else Origin((), ())
-    given = layer.columns if isinstance(layer.origin, Origin) else byte_colors(layer.columns)
-    columns, lost = _writable(given)
+    if not isinstance(layer.origin, Origin):
+        layer = _adapted(layer, path, warn)
+    origin: Origin = layer.origin
+    columns, lost = _writable(layer.columns)
     face_columns, lost_faces = _writable(layer.face_columns)
     if lost or lost_faces:
         warn(f"{path}: no type of PLY files holds {', '.join(lost + lost_faces)}; left out")
@@ -342,6 +344,45 @@ def write(layer: Layer, path: Path, warn: Warn = ignore) -> None:
             file.write(table.tobytes())
         for other in others:
             file.write(_body(other))
+
+
+def _adapted(layer: Layer, path: Path, warn: Warn) -> Layer:
+    """Return a layer of another format with what PLY files have in place of what they have not.
+
+    Textures of materials become those of the file, colours of materials those of faces, and normals
+    of corners those of points, where the corners of a point agree.
+    """
+    columns, face_columns = byte_colors(layer.columns), dict(layer.face_columns)
+    corners, textures = dict(layer.corners), layer.textures
+    if layer.materials:
+        number = face_columns["material"]
+        images = [material.texture for material in layer.materials]
+        textures = tuple(dict.fromkeys(filter(None, images)))
+        place = [textures.index(image) if image else -1 for image in images]
+        if textures:
+            face_columns["texnumber"] = np.array(place, dtype=np.int32)[number]
+        elif any(material.color for material in layer.materials):
+            paint = np.array([material.color or (1.0,) * 3 for material in layer.materials])
+            shades = np.round(255.0 * np.clip(paint, 0.0, 1.0)).astype(np.uint8)[number]
+            face_columns |= {name: shades[:, axis] for axis, name in enumerate(RGB)}
+    if TEXCOORD in corners:
+        corners[TEXCOORD] = corners[TEXCOORD][:, :, :2].astype(np.float32)
+    normals = corners.pop("normal", None)
+    if normals is not None and layer.faces is not None:
+        vectors = np.zeros((len(layer.points), 3))
+        vectors[layer.faces] = normals
+        if np.allclose(vectors[layer.faces], normals, atol=1e-6, rtol=0.0):
+            columns |= {name: vectors[:, axis] for axis, name in enumerate(NORMAL)}
+        else:
+            warn(f"{path}: .ply files do not keep normals of corners; .obj does")
+    return dataclasses.replace(
+        layer,
+        columns=columns,
+        face_columns=face_columns,
+        corners=corners,
+        textures=textures,
+        origin=Origin((), ()),
+    )
 
 
 def _writable(columns: Columns) -> tuple[Columns, list[str]]:

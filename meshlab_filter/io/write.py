@@ -12,6 +12,7 @@ from ..errors import FileError, Warn, ignore
 from . import formats
 from .files import check_holds_faces
 from .layer import Layer
+from .mtl import resolve
 from .staging import publish, staging
 
 
@@ -59,13 +60,16 @@ def _copy_textures(
     layer: Layer, source: Path, path: Path, folder: Path, warn: Warn
 ) -> tuple[Layer, set[str]]:
     """Copy images into the staging folder; return the layer and the names that need no writing."""
-    names, same = [], set()
-    for name in layer.textures:
-        image = source.parent / Path(*re.split(r"[\\/]", name))
-        inside = not Path(name).is_absolute() and ".." not in re.split(r"[\\/]", name)
-        target = name if inside else image.name
-        names.append(target)
-        if not image.is_file():
+    wanted = layer.textures
+    if layer.materials and path.suffix.lower() == ".ply":  # which knows one image a material
+        wanted = tuple(dict.fromkeys(m.texture for m in layer.materials if m.texture))
+    names, same = {}, set()
+    for name in wanted:
+        outside = Path(name).is_absolute() or ".." in re.split(r"[\\/]", name)
+        target = re.split(r"[\\/]", name)[-1] if outside else name.replace("\\", "/")
+        names[name] = target
+        image = resolve(name, [source.parent])
+        if image is None:
             warn(f"{path}: its texture {name} is missing beside {source}; the name is kept")
             continue
         there = path.parent / target
@@ -74,4 +78,8 @@ def _copy_textures(
             continue
         (folder / target).parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(image, folder / target)
-    return dataclasses.replace(layer, textures=tuple(names)), same
+    materials = tuple(
+        m._replace(texture=names.get(m.texture, m.texture)) if m.texture else m
+        for m in layer.materials
+    )
+    return dataclasses.replace(layer, textures=tuple(names.values()), materials=materials), same
