@@ -14,18 +14,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from .arrays.blocks import set_workers
 from .arrays.types import Floats, Indices, Mask
-from .decimation.costs import Weights
-from .decimation.cut import (
-    Ranking,
-    corners_of_cut,
-    cut_faces,
-    input_ranking,
-    living_ancestors,
-    optimal_positions,
-)
+from .cuts import Cuts
+from .decimation.costs import FLAT_EVENNESS, Weights
+from .decimation.cut import Ranking, input_ranking
 from .decimation.order import Elimination, eliminate
+from .decimation.samples import Samples
 from .decimation.surface import GUESSED_BORDER, elimination_surface
-from .decimation.targets import count_for, count_within, one_target
+from .decimation.targets import one_target
 from .input.constraints import Constraints, fingerprint
 from .input.geometry import Geometry
 from .method.frames import Frames
@@ -33,6 +28,8 @@ from .method.graph import Graph
 from .method.interest import boundary_extremities, select
 from .method.regions import Regions, build_regions
 from .method.saliency import Saliency
+from .method.scales import ScaleSpace, build_scales
+from .method.segmentation import RegionTable, describe_regions, segment
 from .parameters import Parameters
 from .progress import Callback, Progress
 from .simplification import Simplification
@@ -77,7 +74,25 @@ class Analysis:
     _order: _Order = field(init=False, default_factory=_Order, repr=False)
 
     @cached_property
+    def scales(self) -> ScaleSpace:
+        return self._build_scales(Progress())
+
+    def _build_scales(self, work: Progress) -> ScaleSpace:
+        with set_workers(self.parameters.workers):
+            return build_scales(
+                self.geometry, self.graph, self.frames, self.saliency_map, self.parameters, work
+            )
+
+    @cached_property
     def segmentation(self) -> Regions:
+        return self._build_segmentation(Progress())
+
+    def _build_segmentation(self, work: Progress) -> Regions:
+        with set_workers(self.parameters.workers):
+            return segment(self.geometry, self.graph, self.scales, self.parameters, work)
+
+    @cached_property
+    def components(self) -> Regions:
         with set_workers(self.parameters.workers):
             return build_regions(
                 self.geometry, self.graph, self.saliency_map.scaled, self.parameters.tolerance
@@ -86,17 +101,27 @@ class Analysis:
     @cached_property
     def extremities(self) -> Mask:
         angle = self.parameters.collinear_angle
-        return boundary_extremities(self.geometry.points, self.segmentation, angle)
+        return boundary_extremities(self.geometry.points, self.components, angle)
+
+    @cached_property
+    def _samples(self) -> Samples:
+        """The mesh's vertices as samples of its surface, none of them assigned."""
+        return Samples.of_vertices(self.geometry.points, self.geometry.faces)
 
     @property
     def saliency(self) -> Floats:
         """(N,) float64 in [0, 1] over all input points, high = salient; 0 for dropped points."""
-        return self._of_input(self.saliency_map.scaled, 0.0)
+        return self._of_input(self.scales.scaled, 0.0)
 
     @property
     def regions(self) -> NDArray[np.int64]:
         """(N,) int64 region of every input point, numbered from 0; -1 for dropped points."""
         return self._of_input(self.segmentation.labels, -1).astype(np.int64)
+
+    @cached_property
+    def region_table(self) -> RegionTable:
+        """The regions, the most salient first: area, saliency, centre and bounding box of each."""
+        return describe_regions(self.geometry, self.graph, self.segmentation, self.scales.scaled)
 
     @property
     def normals(self) -> Floats:
@@ -117,6 +142,8 @@ class Analysis:
         corner_values: ArrayLike | Sequence[ArrayLike] | None = None,
         corner_normals: ArrayLike | None = None,
         keep_seams: bool = True,
+        keep_border: bool = False,
+        keep_topology: bool = False,
         progress: Callback | None = None,
         **target: float | None,
     ) -> Simplification:
@@ -129,6 +156,8 @@ class Analysis:
             count once: one place may need several, for its corners' values.
         count : int
             Number of points to keep, exact, counted likewise.
+        faces : int
+            Number of faces of a mesh to keep, or the nearest below that points make.
         max_error : float
             Largest distance from an input point to the simplified surface, as the report measures
             it: a share of the diagonal, or a length with ``error_unit="length"``.
@@ -149,6 +178,12 @@ class Analysis:
             One more layer: normals of the corners, which differ from 10 degrees on.
         keep_seams : bool
             False lets seams go like other edges; values still keep to their charts where they can.
+        keep_border : bool
+            Points on the border of a mesh, where edges have one face, neither move nor go: tiles
+            that meet there still meet. A target of fewer points stops at these.
+        keep_topology : bool
+            No part of a mesh goes or falls apart, no hole or handle closes. A target of fewer
+            points stops at the fewest with which that is so.
         progress : callable, optional
             Called with stage and fraction; returning False cancels.
 
@@ -189,22 +224,25 @@ class Analysis:
             corner_values=corner_values,
             corner_normals=corner_normals,
             keep_seams=keep_seams,
+            keep_border=keep_border,
+            keep_topology=keep_topology,
         )
         work = Progress(progress)
         with set_workers(self.parameters.workers):
             if name == "alpha":
                 return self._by_threshold(value, constraints, begun, work)
             elimination = self._eliminate(constraints, work.part(0.0, 0.9))
-            if name == "max_error":
-                part = work.part(0.9, 1.0)
-                count = self._within_error(elimination, constraints, value, part)
-            else:
-                available = self.geometry.available
-                if name == "count" and value <= np.count_nonzero(self.geometry.vertex_of >= 0):
-                    value = min(value, available)  # copies that faces use come of themselves
-                count = count_for(name, value, available, constraints.least_count)
+            cuts = Cuts(
+                self.geometry,
+                elimination,
+                constraints,
+                self.parameters,
+                self._samples,
+                self._result,
+            )
+            count, notes = cuts.find_count(name, value, work.part(0.9, 1.0))
             work.part(1.0, 1.0, "Cut")
-            return self._cut(elimination, constraints, count, begun)
+            return cuts.simplify(count, begun, notes)
 
     def ranking(
         self,
@@ -215,6 +253,8 @@ class Analysis:
         corner_values: ArrayLike | Sequence[ArrayLike] | None = None,
         corner_normals: ArrayLike | None = None,
         keep_seams: bool = True,
+        keep_border: bool = False,
+        keep_topology: bool = False,
         progress: Callback | None = None,
     ) -> Ranking:
         """Return the order in which input points go, for any number kept.
@@ -223,6 +263,8 @@ class Analysis:
         ----------
         protect, importance, seams, corner_values, corner_normals, keep_seams, progress
             As in `simplify`.
+        keep_border, keep_topology
+            As in `simplify`; the host keeps to `Ranking.least`.
 
         Examples
         --------
@@ -239,6 +281,8 @@ class Analysis:
             corner_values=corner_values,
             corner_normals=corner_normals,
             keep_seams=keep_seams,
+            keep_border=keep_border,
+            keep_topology=keep_topology,
         )
         work = Progress(progress)
         with set_workers(self.parameters.workers):
@@ -259,13 +303,13 @@ class Analysis:
     ) -> Simplification:
         """Keep the paper's interest points."""
         work.part(0.0, 0.5, "Regions")
-        keep = self.extremities | constraints.protect
+        keep = self.extremities | constraints.staying
         part = work.part(0.5, 1.0, "Interest points")
         interest, source = select(
             self.geometry,
             self.graph,
             self.saliency_map.scaled,
-            self.segmentation,
+            self.components,
             keep,
             alpha,
             self.parameters,
@@ -273,14 +317,13 @@ class Analysis:
         )
         part(1.0)
         kept = np.flatnonzero(interest.kept)
-        regions = self.segmentation.count
         return self._result(
             kept,
             source,
             begun,
             protected=constraints.protected_points,
             interest=interest,
-            regions=regions,
+            regions=self.components.count,
         )
 
     def _eliminate(self, constraints: Constraints, work: Progress) -> Elimination:
@@ -299,6 +342,7 @@ class Analysis:
                 progress=part,
                 priority=self.geometry.priority,
                 wedges=constraints.wedges,
+                keep_topology=constraints.keep_topology and len(self.geometry.faces) > 0,
             )
         return self._order.elimination
 
@@ -313,58 +357,10 @@ class Analysis:
             factor *= 1.0 + parameters.interest_weight * self.extremities
         return Weights(
             factor,
-            evenness=parameters.evenness * loose,
+            evenness=np.maximum(parameters.evenness * loose, FLAT_EVENNESS),
             guessed_surface=loose,
-            protected=constraints.protect,
+            protected=constraints.staying,
             border=parameters.border_weight * (1.0 if len(faces) else GUESSED_BORDER),
-        )
-
-    def _within_error(
-        self, elimination: Elimination, constraints: Constraints, bound: float, work: Progress
-    ) -> int:
-        """Return about the fewest vertices whose measured error is within the bound."""
-        geometry = self.geometry
-        in_length = self.parameters.error_unit == "length"
-        bound *= geometry.to_unit if in_length else geometry.unit_diagonal
-        order = np.empty_like(elimination.rank)
-        order[elimination.rank] = np.arange(len(order))
-        estimate = np.append(np.inf, elimination.error[order][:-1])
-        part = work.part(0.0, 1.0, "Error")
-
-        def measure(count: int) -> float:
-            return self._cut(elimination, constraints, count, 0.0).largest_error()
-
-        return count_within(bound, estimate, measure, max(constraints.least_count, 1), part)
-
-    def _cut(
-        self, elimination: Elimination, constraints: Constraints, count: int, begun: float
-    ) -> Simplification:
-        """Return the simplification to the first `count` ranks, and then to duplicates."""
-        geometry = self.geometry
-        # Protected duplicates stay besides; what is left of a cloud's count, others take.
-        ranks = count - constraints.protected_copies
-        source = living_ancestors(elimination, ranks)
-        kept = np.flatnonzero(elimination.rank < ranks)
-        faces = left = positions = corners = heir = None
-        if len(geometry.faces):
-            faces, left = cut_faces(geometry.faces, source)
-            corners, heir = corners_of_cut(geometry, elimination, constraints, ranks, faces, left)
-            if self.parameters.placement == "optimal":
-                weight = self.parameters.border_weight
-                positions = optimal_positions(
-                    geometry.points, geometry.faces, weight, source, faces
-                )
-        return self._result(
-            kept,
-            source,
-            begun,
-            faces=faces,
-            face_source=left,
-            positions=positions,
-            corners=corners,
-            heir=heir,
-            protected=constraints.protected_points,
-            copies=ranks - len(kept),
         )
 
     def _result(

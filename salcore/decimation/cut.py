@@ -76,13 +76,23 @@ def cut_faces(faces: Indices, source: Indices) -> tuple[Indices, Indices]:
     return corners, left
 
 
+def wedges_of_cut(
+    elimination: Elimination, constraints: Constraints, count: int, origin: Indices
+) -> Indices | None:
+    """Return the wedges (k, 3) of the corners of a cut, by those they come from, or None."""
+    wedges, parent = constraints.wedges, elimination.wedge_parent
+    if wedges is None or parent is None:
+        return None
+    last = last_wedges(wedges, parent, elimination.rank < count)
+    return last[wedges.corners.ravel()[origin]]
+
+
 def corners_of_cut(
     geometry: Geometry,
     elimination: Elimination,
     constraints: Constraints,
     count: int,
-    faces: Indices,
-    left: Indices,
+    origin: Indices,
 ) -> tuple[Indices | None, Indices | None]:
     """Return where the corners of a cut take their values from, and the heirs of split points.
 
@@ -93,10 +103,8 @@ def corners_of_cut(
     constraints : Constraints
     count : int
         Ranks that are kept.
-    faces : (k, 3) intp
-        Faces of the cut, over vertices.
-    left : (k,) intp
-        Clean face that each comes from.
+    origin : (k, 3) intp
+        Corner of the clean faces that each corner comes from.
 
     Returns
     -------
@@ -115,7 +123,7 @@ def corners_of_cut(
     if layers:
         rows = [wedges.values[wedges.corners.ravel()], *(layer.scaled() for layer in layers)]
         charts = np.hstack(rows).reshape(len(geometry.faces), 3, -1)
-    corners = corner_sources(wedges.corners, last[wedges.corners[left]], left, charts)
+    corners = corner_sources(wedges.corners, last[wedges.corners.ravel()[origin]], origin, charts)
     heirs = np.full(geometry.input_count, -1, dtype=np.intp)
     if geometry.corner_points is not None:
         point = np.empty(len(last), dtype=np.intp)
@@ -130,7 +138,12 @@ def corners_of_cut(
 
 
 def optimal_positions(
-    points: Floats, faces: Indices, border_weight: float, source: Indices, left: Indices
+    points: Floats,
+    faces: Indices,
+    border_weight: float,
+    source: Indices,
+    left: Indices,
+    fixed: Mask | None = None,
 ) -> Floats:
     """Return positions (n, 3) with each kept vertex at the minimum of its accumulated quadric.
 
@@ -147,6 +160,8 @@ def optimal_positions(
         Kept vertex that stands for each.
     left : (k, 3) intp
         Faces of the cut.
+    fixed : (n,) bool, optional
+        Vertices that do not move.
 
     Returns
     -------
@@ -157,6 +172,8 @@ def optimal_positions(
     quadrics, _ = vertex_quadrics(points, faces, find_edges(faces, count), border_weight)
     accumulated = sum_by_label(quadrics, source, count)
     kept = np.flatnonzero(np.bincount(left.ravel(), minlength=count))
+    if fixed is not None:
+        kept = kept[~fixed[kept]]
     moved = points.copy()
 
     def move(start: int, stop: int) -> None:
@@ -199,11 +216,14 @@ class Ranking:
         Point of lower rank that each goes into; -1 for rank 0.
     generations : int
         Doublings (``parent[parent]``) after which every point has found its last ancestor.
+    least : int
+        Fewest points that keep what is to be kept: protected points, borders, the topology.
     """
 
     rank: Indices
     parent: Indices
     generations: int
+    least: int = 1
 
 
 def input_ranking(
@@ -219,7 +239,7 @@ def input_ranking(
     if protected is not None:
         first = others & protected & geometry.loose
     ordered = standing[np.argsort(elimination.rank)]
-    held = np.count_nonzero(constraints.protect)
+    held = np.count_nonzero(constraints.staying)
     order = np.concatenate(
         [
             ordered[:held],
@@ -238,4 +258,8 @@ def input_ranking(
     parent[order[:1]] = order[:1]
     generations = _last_ancestors(parent)[1]
     parent[order[:1]] = -1
-    return Ranking(rank, parent, generations)
+    least = max(held, 1)
+    if constraints.keep_topology:
+        least = max(least, elimination.topology_count)
+    least += constraints.protected_copies
+    return Ranking(rank, parent, generations, least)

@@ -79,6 +79,8 @@ class Elimination:
     error: Floats
     rounds: tuple[tuple[int, int, float], ...]
     wedge_parent: Ints | None = None
+    topology_count: int = 0
+    """Least count before collapses that change the topology of a surface."""
 
 
 def eliminate(
@@ -90,6 +92,7 @@ def eliminate(
     progress: Progress = SILENT,
     priority: Integers | None = None,
     wedges: Wedges | None = None,
+    keep_topology: bool = False,
 ) -> Elimination:
     """Return the order of elimination.
 
@@ -111,6 +114,8 @@ def eliminate(
         with the old numbers as priorities, the order of a renumbered surface is the same.
     wedges : Wedges, optional
         Of the first of the faces. Where there are seams, collapses that tear charts are put off.
+    keep_topology : bool
+        End where only collapses are left that change the topology.
 
     Notes
     -----
@@ -125,6 +130,7 @@ def eliminate(
     if wedges is not None:
         state.wedges = WedgeCollapses.of_faces(wedges, faces)
         state.charts_hold = bool(state.half_edges.seam.any())
+    state.keep_topology = keep_topology
     while True:
         least = state.half_edges.find_cheapest()
         candidates = state.pick_candidates(least)
@@ -168,6 +174,10 @@ class _State:
     candidate_factor: int = 1
     relaxed: bool = False
     """Whether only forbidden collapses are left, and are done."""
+    keep_topology: bool = False
+    """Whether the end is where only forbidden collapses are left."""
+    topology_count: int | None = None
+    """Vertices left then."""
     since_retry: int = 1
     """Vertices removed since failed collapses were last tried again."""
     removed: list[Indices] = field(default_factory=list)
@@ -194,8 +204,11 @@ class _State:
         if self.relaxed and not candidates.any():
             return False
         # All collapses have failed, and hardly one vertex has gone: only forbidden ones are left.
-        if self.since_retry <= STALL * self.living:
+        if self.keep_topology and self.since_retry == 0:
+            return False
+        if not self.keep_topology and self.since_retry <= STALL * self.living:
             self.relaxed = True
+            self.topology_count = self.topology_count or self.living
             self.charts_hold = False
             self.half_edges.drop_seams()
         self.since_retry = 0
@@ -350,4 +363,5 @@ def _number_vertices(state: _State, priority: Integers | None) -> Elimination:
         left = np.flatnonzero(wedge_parent < 0)
         root = state.wedges.wedges.first[order[0]]
         wedge_parent[left] = np.where(rank[state.wedges.wedges.vertex[left]] == 0, left, root)
-    return Elimination(rank, parent, error, tuple(state.rounds), wedge_parent)
+    least = state.topology_count or state.living
+    return Elimination(rank, parent, error, tuple(state.rounds), wedge_parent, least)

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays.check import as_array, indices, real_numbers
+from ..arrays.edges import find_edges
 from ..arrays.types import Floats, Ints, Mask
 from ..errors import GeometryError
 from .geometry import Geometry
@@ -44,6 +45,10 @@ class Constraints:
     wedges : Wedges or None
     protected_copies : int
         Protected points that no face uses, beyond one for each vertex.
+    border : (n,) bool or None
+        Vertices on the border of the faces, if they are to stay as they are.
+    keep_topology : bool
+        Whether nothing may go that makes, joins or closes parts, holes and handles.
     """
 
     protect: Mask
@@ -53,6 +58,8 @@ class Constraints:
     layers: list[Layer] = field(default_factory=list)
     wedges: Wedges | None = None
     protected_copies: int = 0
+    border: Mask | None = None
+    keep_topology: bool = False
 
     @classmethod
     def check(
@@ -64,6 +71,8 @@ class Constraints:
         corner_values: ArrayLike | Sequence[ArrayLike] | None = None,
         corner_normals: ArrayLike | None = None,
         keep_seams: bool = True,
+        keep_border: bool = False,
+        keep_topology: bool = False,
     ) -> Constraints:
         """Translate constraints on input points into ones on vertices.
 
@@ -85,12 +94,43 @@ class Constraints:
             lines = np.concatenate([lines, wedges.seams])
         if not keep_seams:
             lines = lines[:0]
-        return cls(protected, important, lines, points, layers, wedges, copies)
+        border = border_vertices(geometry) if keep_border else None
+        return cls(
+            protected, important, lines, points, layers, wedges, copies, border, bool(keep_topology)
+        )
 
     @property
     def least_count(self) -> int:
-        """Number of points that are protected; equal ones count once on a mesh."""
+        """Number of points that are protected; equal ones that faces use count once."""
         return int(self.protect.sum()) + self.protected_copies
+
+    @property
+    def notes(self) -> list[str]:
+        """What is not kept that might be expected."""
+        if self.wedges is None:
+            return []
+        crowded = [k for k in self.wedges.without_seams if self.layers[k].given]
+        if not crowded:
+            return []
+        return [
+            f"{len(crowded)} of {len(self.layers)} layers of corner values differ along most "
+            "edges, as in flat shading: their seams are not kept as lines"
+        ]
+
+    @property
+    def staying(self) -> Mask:
+        """Vertices (n,) that never go: protected, or on a border that stays."""
+        return self.protect if self.border is None else self.protect | self.border
+
+
+def border_vertices(geometry: Geometry) -> Mask:
+    """Return the vertices (n,) with an edge of a single face."""
+    count = len(geometry.points)
+    edges = find_edges(geometry.faces, count)
+    single = edges.uses == 1
+    border = np.zeros(count, dtype=bool)
+    border[edges.low[single]] = border[edges.high[single]] = True
+    return border
 
 
 def _protected_copies(geometry: Geometry, points: Mask) -> int:

@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import cKDTree
 
 from ..arrays.blocks import run_blocks
@@ -64,6 +64,8 @@ class Geometry:
         Input points at the corners of `faces`, where these use several that are equal.
     given_faces : int
         Number of faces of the input.
+    coordinates : (N, 3) float64
+        The input's points as they are, for positions that must not be rounded.
     """
 
     points: Floats
@@ -76,6 +78,7 @@ class Geometry:
     input_of: Indices
     number: Indices
     loose: Mask
+    coordinates: Floats
     corner_points: Indices | None = None
     given_faces: int = 0
 
@@ -97,6 +100,11 @@ class Geometry:
         standing[self.input_of] = True
         others = (self.vertex_of >= 0) & self.loose & ~standing
         return len(self.points) + int(np.count_nonzero(others))
+
+    def input_corners(self, corners: Integers) -> NDArray[np.int64]:
+        """Return the corners of the input's faces that corners of the clean ones are."""
+        face, corner = np.divmod(corners, 3)
+        return 3 * self.face_of[face].astype(np.int64) + corner
 
     @property
     def unit_diagonal(self) -> float:
@@ -174,6 +182,7 @@ def clean(
         input_of=input_of,
         number=number,
         loose=loose,
+        coordinates=coordinates,
         corner_points=used if split else None,
         given_faces=len(triangles),
     )
