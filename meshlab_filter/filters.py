@@ -41,6 +41,8 @@ _DEFAULTS: dict[str, dict[str, Any]] = {}
 
 _ANALYSIS = {"preset": "default"} | {name: row.default for name, row in ROWS.items()}
 _SIMPLIFICATION = _ANALYSIS | dict.fromkeys(TARGETS) | {"protectselected": False}
+_MESH = {"keepseams": True, "keepborder": False, "keeptopology": False}
+_MEASURE = {"errors": True}
 
 
 def _filter(**defaults: Any) -> Callable[[Filter], Filter]:
@@ -189,6 +191,8 @@ def _simplify(
     *,
     protectselected: bool = False,
     keepseams: bool = True,
+    keepborder: bool = False,
+    keeptopology: bool = False,
     **parameters: Any,
 ) -> salcore.Simplification:
     """Simplify the current layer to the one target among the parameters.
@@ -207,7 +211,13 @@ def _simplify(
     protect = mesh.vertex_selection_array() if protectselected else None
     layers = bridge.corner_layers(mesh)
     result = analysis.simplify(
-        protect=protect, keep_seams=keepseams, progress=progress, **layers, **targets
+        protect=protect,
+        keep_seams=keepseams,
+        keep_border=keepborder,
+        keep_topology=keeptopology,
+        progress=progress,
+        **layers,
+        **targets,
     )
     check_not_empty(result)
     return result
@@ -226,7 +236,7 @@ def _custom_names(mesh_set: Any, names: str | tuple[str, ...]) -> tuple[str, ...
     return names
 
 
-@_filter(**_SIMPLIFICATION)
+@_filter(**_SIMPLIFICATION, **_MESH)
 def compute_selection_by_interest_points_per_vertex(
     mesh_set: Any, *, progress: Callback | None = None, **parameters: Any
 ) -> dict[str, Any]:
@@ -238,8 +248,8 @@ def compute_selection_by_interest_points_per_vertex(
     progress : callable, optional
         Called as ``progress(stage, fraction)``; returning False cancels.
     **parameters
-        One target (`ratio`, `count`, `maxerror` or `alpha`), `protectselected`, `preset` and
-        parameters of the analysis.
+        One target (`ratio`, `count`, `faces`, `maxerror` or `alpha`), `protectselected`,
+        `keepseams`, `keepborder`, `keeptopology`, `preset` and parameters of the analysis.
 
     Returns
     -------
@@ -253,11 +263,12 @@ def compute_selection_by_interest_points_per_vertex(
     return {"selected": int(selected.sum())}
 
 
-@_filter(**_SIMPLIFICATION, customattributes=())
+@_filter(**_SIMPLIFICATION, **_MESH, **_MEASURE, customattributes=())
 def generate_simplified_point_cloud_by_saliency(
     mesh_set: Any,
     *,
     customattributes: str | tuple[str, ...] = (),
+    errors: bool = True,
     progress: Callback | None = None,
     **parameters: Any,
 ) -> dict[str, Any]:
@@ -270,68 +281,75 @@ def generate_simplified_point_cloud_by_saliency(
     ----------
     mesh_set : pymeshlab.MeshSet
     customattributes : str or tuple of str
+    errors : bool
+        Whether errors are measured, which takes longest.
     progress : callable, optional
         Called as ``progress(stage, fraction)``; returning False cancels.
     **parameters
-        One target (`ratio`, `count`, `maxerror` or `alpha`), `protectselected`, `preset` and
-        parameters of the analysis.
+        One target (`ratio`, `count`, `faces`, `maxerror` or `alpha`), `protectselected`,
+        `keepseams`, `keepborder`, `keeptopology`, `preset` and parameters of the analysis.
 
     Returns
     -------
     dict
-        The report: counts, rate, errors, seconds.
+        The report: counts, rate, errors, seconds, and notes of what was given up.
     """
     custom = _custom_names(mesh_set, customattributes)
     result = _simplify(mesh_set, progress, **parameters)
-    result.measure(progress)
+    if errors:
+        result.measure(progress)
     source = mesh_set.current_mesh()
     name = f"{source.label()} simplified"
     bridge.add_simplified(mesh_set, source, result, name, custom=custom, with_faces=False)
-    return result.report.as_dict()
+    return result.make_report(errors=errors).as_dict()
 
 
-@_filter(**_SIMPLIFICATION, customattributes=(), keepseams=True)
+@_filter(**_SIMPLIFICATION, **_MESH, **_MEASURE, customattributes=())
 def meshing_decimation_by_saliency(
     mesh_set: Any,
     *,
     customattributes: str | tuple[str, ...] = (),
-    keepseams: bool = True,
+    errors: bool = True,
     progress: Callback | None = None,
     **parameters: Any,
 ) -> dict[str, Any]:
     """Simplify the mesh of the current layer to a mesh, which replaces it.
 
     Vertices keep their attributes as in `generate_simplified_point_cloud_by_saliency`, faces their
-    colours, quality and wedge texture coordinates. Seams of the texture are kept as lines; with
-    `keepseams` False the error is smaller, but faces reach across seams. A mesh with several
-    textures keeps its texture coordinates, but not the textures. pymeshlab cannot exchange the mesh
-    of a layer, so the layer gets a new number and comes last; its label and matrix are kept.
+    colours, quality and wedge texture coordinates. Seams, where values of corners differ, are kept
+    as lines; with `keepseams` False the error is smaller, but faces reach across them. With
+    `keepborder` points on open borders neither move nor go, with `keeptopology` no part, hole or
+    handle does. A mesh with several textures keeps its texture coordinates, but not the textures.
+    pymeshlab cannot exchange the mesh of a layer, so the layer gets a new number and comes last;
+    its label and matrix are kept.
 
     Parameters
     ----------
     mesh_set : pymeshlab.MeshSet
     customattributes : str or tuple of str
-    keepseams : bool
+    errors : bool
+        Whether errors are measured, which takes longest.
     progress : callable, optional
         Called as ``progress(stage, fraction)``; returning False cancels.
     **parameters
-        One target (`ratio`, `count`, `maxerror` or `alpha`), `protectselected`, `preset` and
-        parameters of the analysis.
+        One target (`ratio`, `count`, `faces`, `maxerror` or `alpha`), `protectselected`,
+        `keepseams`, `keepborder`, `keeptopology`, `preset` and parameters of the analysis.
 
     Returns
     -------
     dict
-        The report: counts, rate, errors, seconds.
+        The report: counts, rate, errors, seconds, and notes of what was given up.
     """
     if mesh_set.mesh_number() and not mesh_set.current_mesh().face_number():
         raise salcore.GeometryError(
             "the layer has no faces: use generate_simplified_point_cloud_by_saliency"
         )
     if parameters.get("alpha") is not None:
-        raise salcore.ParameterError("alpha gives points: give ratio, count or max_error")
+        raise salcore.ParameterError("alpha gives points: give ratio, count, faces or max_error")
     custom = _custom_names(mesh_set, customattributes)
-    result = _simplify(mesh_set, progress, keepseams=keepseams, **parameters)
-    result.measure(progress)
+    result = _simplify(mesh_set, progress, **parameters)
+    if errors:
+        result.measure(progress)
     source = mesh_set.current_mesh()
     number, label = source.id(), source.label()
     bridge.add_simplified(mesh_set, source, result, "simplified", custom=custom)
@@ -340,7 +358,7 @@ def meshing_decimation_by_saliency(
     mesh_set.delete_current_mesh()
     mesh_set.set_current_mesh(light)
     mesh_set.current_mesh().set_label(label)
-    return result.report.as_dict()
+    return result.make_report(errors=errors).as_dict()
 
 
 @_filter(originalmesh=0, simplifiedmesh=1)

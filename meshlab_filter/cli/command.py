@@ -25,6 +25,7 @@ from ..io.supervise import FAILURE
 from ..parameters import Callback, check_not_empty, make_parameters
 from . import demo
 from .figures import format_errors, format_report
+from .indices import check_indices, write_indices
 from .options import MISTAKE, make_parser
 from .picture import Panel, check_picture, save_picture
 
@@ -94,10 +95,13 @@ def _progress(quiet: bool) -> Iterator[Callback | None]:
 def _open(options: argparse.Namespace) -> Document:
     """Check the outputs, then open the input."""
     picture, report = getattr(options, "picture", None), getattr(options, "report", None)
+    indices = getattr(options, "indices", None)
     if picture is not None:
         check_picture(picture)
+    if indices is not None:
+        check_indices(indices)
     files.check_format(options.output)
-    _check_outputs([options.output], [report, picture], options)
+    _check_outputs([options.output], [report, picture, indices], options)
     return _open_input(options, [options.output])
 
 
@@ -152,9 +156,12 @@ def _simplify(options: argparse.Namespace) -> None:
         analysis = _analyze(document, options, progress)
         result = analysis.simplify(progress=progress, **target, **constraints)
         check_not_empty(result)
-        result.measure(progress)
+        if not options.no_errors:
+            result.measure(progress)
     _write(document, analysis, result, options.output, options)
-    report = result.report.as_dict()
+    if options.indices is not None:
+        write_indices(options.indices, result)
+    report = result.make_report(errors=not options.no_errors).as_dict()
     if options.report is not None:
         write_text(options.report, json.dumps(report, indent=2))
     if not options.quiet:
@@ -168,7 +175,7 @@ def _write(
     output: Path,
     options: argparse.Namespace,
 ) -> None:
-    """Write what a simplification keeps."""
+    """Write what a simplification keeps, and say what it gave up."""
     document.write_simplified(
         result,
         output,
@@ -176,6 +183,8 @@ def _write(
         with_faces=not options.points,
         force=options.force,
     )
+    for note in result.notes:
+        _warn(options)(f"{output}: {note}")
 
 
 def _lods(options: argparse.Namespace) -> None:
@@ -214,6 +223,8 @@ def _constraints(document: Document, options: argparse.Namespace) -> dict[str, A
     return {
         "protect": document.selected if options.protect_selected else None,
         "keep_seams": not options.free_seams,
+        "keep_border": options.keep_border,
+        "keep_topology": options.keep_topology,
         **layers,
     }
 

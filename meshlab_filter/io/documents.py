@@ -91,8 +91,7 @@ def open_document(
     if columns is not None and not text:
         raise FileError(f"--columns: is for text such as .xyz and .csv; leave it out for {path}")
     foreign = not all(formats.writer(output) for output in outputs or [])
-    # MeshLab reads a PLY file's texture as it wants to have it.
-    if module is None or (foreign and path.suffix.lower() == ".ply"):
+    if module is None or (foreign and path.suffix.lower() in formats.MESHES):
         from .mesh_document import MeshDocument
 
         return MeshDocument.load(path, layer, warn, option)

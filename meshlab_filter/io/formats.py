@@ -9,6 +9,8 @@ from types import ModuleType
 
 from ..errors import FileError
 
+MESHES = (".ply", ".obj")
+"""Endings of meshes that MeshLab reads as well, with their textures as it wants to have them."""
 TEXT = (".xyz", ".txt", ".csv", ".asc", ".pts")
 SCANS = {".las": "las", ".laz": "las", ".pcd": "pcd"}
 OTHERS = SCANS | dict.fromkeys(TEXT, "text")

@@ -25,10 +25,14 @@ def write(layer: Layer, path: Path, warn: Warn = ignore) -> None:
     corners, used = _corner_values(layer)
     colors = _shares(columns)
     kept = {*XYZ, *used, *(RGB if colors is not None else ())}
-    lost = [name for name in columns if name not in kept]
+    lost = [name for name, v in columns.items() if name not in kept and not _opaque(name, v)]
     library, names, material = _materials(layer, path)
-    kept_faces = {MATERIAL, GROUP} | ({"texnumber"} if library is not None else set())
-    lost += [f"{name} of faces" for name in layer.face_columns if name not in kept_faces]
+    kept_faces = {MATERIAL, GROUP} | ({"texnumber", *RGB} if library is not None else set())
+    lost += [
+        f"{name} of faces"
+        for name, values in layer.face_columns.items()
+        if name not in kept_faces and not _opaque(name, values)
+    ]
     lost += [f"{name} of corners" for name in layer.corners if name not in corners]
     if lost:
         warn(f"{path}: .obj files do not keep {', '.join(lost)}; .ply does")
@@ -90,7 +94,18 @@ def _materials(layer: Layer, path: Path) -> tuple[str | None, list[str], NDArray
         made = [Material(name, None, t) for name, t in zip(names, layer.textures, strict=True)]
         number = layer.face_columns.get("texnumber", np.zeros(len(layer.faces), dtype=np.int64))
         return write_materials(made), names, np.clip(number, -1, len(made) - 1)
-    return None, [], None
+    shades = _shares(layer.face_columns)
+    if shades is None:
+        return None, [], None
+    colors, number = np.unique(shades, axis=0, return_inverse=True)
+    names = [f"color_{number}" for number in range(len(colors))]
+    made = [Material(name, tuple(c)) for name, c in zip(names, colors.tolist(), strict=True)]
+    return write_materials(made), names, number.reshape(-1)
+
+
+def _opaque(name: str, values: NDArray[Any]) -> bool:
+    """Return whether values say of all points or faces that they are opaque."""
+    return name == "alpha" and values.dtype == np.uint8 and bool((values == 255).all())
 
 
 def _distinct(values: NDArray[Any]) -> tuple[NDArray[Any], NDArray[np.int64]]:

@@ -135,7 +135,7 @@ def test_the_inputs_own_texture_stays_as_it_is(run, textured):
 def test_files_that_go_along_are_not_overwritten_without_force(run, textured, tmp_path):
     folder = tmp_path / "out"
     folder.mkdir()
-    for name in ("TextureDouble_A.png", "light.obj.mtl"):
+    for name in ("TextureDouble_A.png", "light.mtl"):
         (folder / name).write_text("precious")
         message = run("simplify", textured, folder / "light.obj", "--ratio", 0.5, status=2)
         assert f"{name}: exists already and goes along with light.obj" in message
@@ -143,7 +143,7 @@ def test_files_that_go_along_are_not_overwritten_without_force(run, textured, tm
         assert (folder / name).read_text() == "precious"
         run("simplify", textured, folder / "light.obj", "--ratio", 0.5, "--force")
         assert {p.name for p in folder.iterdir()} == {
-            "light.obj", "light.obj.mtl", "TextureDouble_A.png"
+            "light.obj", "light.mtl", "TextureDouble_A.png"
         }  # fmt: skip
         for file in folder.iterdir():
             file.unlink()

@@ -3,38 +3,11 @@
 
 import numpy as np
 import pytest
+from mesh_files import grid, write_obj
 from plyfile import PlyData
 from shapes import torus
 
 from meshlab_filter.io import mtl, obj
-
-
-def write(path, points, faces, *, coords=None, normals=None, lines=(), head=()):
-    """Write faces whose corners refer to (F, 3) rows of coordinates and normals; lines by face."""
-    texts = [*head, *("v " + " ".join(map(repr, p)) for p in points.tolist())]
-    slots = [faces]
-    for key, given in (("vt", coords), ("vn", normals)):
-        if given is not None:
-            texts += [f"{key} " + " ".join(map(repr, v)) for v in given[0].tolist()]
-        slots.append(None if given is None else given[1])
-    before = dict(lines)
-    for row in range(len(faces)):
-        texts += before.get(row, [])
-        corners = [
-            "/".join("" if s is None else str(s[row, c] + 1) for s in slots) for c in range(3)
-        ]
-        texts.append("f " + " ".join(corner.rstrip("/") for corner in corners))
-    path.write_text("\n".join([*texts, ""]))
-    return path
-
-
-def grid(n):
-    """Return a flat square of n by n cells, of two triangles each."""
-    x, y = np.meshgrid(np.arange(n + 1) / n, np.arange(n + 1) / n, indexing="ij")
-    q = np.arange((n + 1) ** 2).reshape(n + 1, n + 1)
-    a, b, c, d = q[:-1, :-1].ravel(), q[1:, :-1].ravel(), q[1:, 1:].ravel(), q[:-1, 1:].ravel()
-    faces = np.concatenate([np.column_stack([a, b, c]), np.column_stack([a, c, d])])
-    return np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)]), faces
 
 
 @pytest.fixture
@@ -55,7 +28,7 @@ def two_materials(tmp_path):
         (tmp_path / "in" / name).write_bytes(name.encode())
     (tmp_path / "in" / "sub").mkdir()
     (tmp_path / "in" / "sub" / "bump.png").write_bytes(b"bump")
-    return write(
+    return write_obj(
         tmp_path / "in" / "square.obj", points, faces, coords=(points[:, :2], faces),
         head=["mtllib scene.mtl"],
         lines=[(0, ["o upper", "usemtl red paint"]), (upper.sum(), ["o lower", "usemtl blue"])],
@@ -153,7 +126,7 @@ def steepest(points, faces, normals):
 def test_hard_edges_keep_the_normals_of_their_corners(run, tmp_path, ratio):
     points, faces, axes = block(16)
     rows = np.repeat(np.arange(len(faces))[:, None], 3, axis=1)
-    source = write(tmp_path / "in.obj", points, faces, normals=(axes, rows))
+    source = write_obj(tmp_path / "in.obj", points, faces, normals=(axes, rows))
     assert steepest(points, faces, axes[rows]) == pytest.approx(0.0)
     assert run("simplify", source, tmp_path / "o.obj", "--ratio", ratio) == ""
     (layer,) = obj.read(tmp_path / "o.obj")
@@ -166,7 +139,7 @@ def test_hard_edges_keep_the_normals_of_their_corners(run, tmp_path, ratio):
 def test_smooth_normals_become_those_of_points_in_a_ply_file(run, tmp_path):
     points, faces = torus(30, 15)
     normals = points / np.linalg.norm(points, axis=1, keepdims=True)
-    source = write(tmp_path / "in.obj", points, faces, normals=(normals, faces))
+    source = write_obj(tmp_path / "in.obj", points, faces, normals=(normals, faces))
     assert run("simplify", source, tmp_path / "o.ply", "--ratio", "0.5") == ""
     table = PlyData.read(tmp_path / "o.ply")["vertex"].data
     found = np.column_stack([table[k] for k in ("nx", "ny", "nz")])

@@ -3,6 +3,7 @@
 
 import numpy as np
 import pytest
+from mesh_files import rows, write_ply
 from plyfile import PlyData, PlyElement
 from shapes import bumpy, torus
 
@@ -27,34 +28,11 @@ def random_columns(count, prefix=""):
     return columns
 
 
-def rows(points, columns, dtype="f8"):
-    """Return points and columns as plyfile takes them."""
-    fields = [(name, dtype) for name in "xyz"] + [(k, v.dtype) for k, v in columns.items()]
-    table = np.zeros(len(points), fields)
-    for name, values in dict(zip("xyz", points.T, strict=True)).items():
-        table[name] = values
-    for name, values in columns.items():
-        table[name] = values
-    return table
-
-
-def write(path, vertices, faces=None, text=False, order="<", more=(), comments=(), **lists):
-    elements = [PlyElement.describe(vertices, "vertex")]
-    if faces is not None:
-        table = np.empty(len(faces), [("vertex_indices", object)] + [(k, object) for k in lists])
-        for key, values in {"vertex_indices": faces, **lists}.items():
-            for row, value in enumerate(values):
-                table[key][row] = np.asarray(value, None if key != "vertex_indices" else "i4")
-        elements.append(PlyElement.describe(table, "face", val_types=dict.fromkeys(lists, "f4")))
-    PlyData([*elements, *more], text=text, byte_order=order, comments=list(comments)).write(path)
-    return path
-
-
 @pytest.mark.parametrize(("text", "order"), [(False, "<"), (False, ">"), (True, "=")])
 def test_every_type_of_property_travels_with_a_clouds_points(run, tmp_path, text, order):
     points = bumpy()
     table = rows(points, random_columns(len(points)))
-    source = write(tmp_path / "in.ply", table, text=text, order=order)
+    source = write_ply(tmp_path / "in.ply", table, text=text, order=order)
     before = PlyData.read(source)["vertex"].data
     assert run("simplify", source, tmp_path / "o.ply", "--ratio", "0.3") == ""
     after = PlyData.read(tmp_path / "o.ply")["vertex"].data
@@ -66,7 +44,7 @@ def test_every_type_of_property_travels_with_a_clouds_points(run, tmp_path, text
 
 
 def test_single_precision_stays_single(run, tmp_path):
-    source = write(tmp_path / "in.ply", rows(bumpy(), {}, "f4"))
+    source = write_ply(tmp_path / "in.ply", rows(bumpy(), {}, "f4"))
     run("simplify", source, tmp_path / "o.ply", "--ratio", "0.3")
     assert PlyData.read(tmp_path / "o.ply")["vertex"].data.dtype["x"] == np.float32
 
@@ -76,7 +54,7 @@ def test_values_of_faces_and_corners_travel(run, tmp_path, text):
     points, faces = torus(30, 15)
     coords = points[faces][:, :, :2].reshape(len(faces), 6)
     camera = np.array([(7, 0.5)], [("view", "i4"), ("scale", "f4")])
-    source = write(
+    source = write_ply(
         tmp_path / "in.ply", rows(points, random_columns(len(points))), faces, text=text,
         texcoord=coords, comments=["TextureFile skin.jpg", "made by a test"],
         more=[PlyElement.describe(camera, "camera")],
@@ -102,7 +80,7 @@ def test_polygons_are_cut_inside_and_that_is_said(run, tmp_path):
     """The second quad is not convex: one of its diagonals lies outside."""
     points = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [2, 0, 0], [1.2, 0.2, 0]], float)
     faces = [[0, 1, 2, 3], [2, 1, 4, 5]]
-    source = write(tmp_path / "in.ply", rows(points, {}), faces)
+    source = write_ply(tmp_path / "in.ply", rows(points, {}), faces)
     said = run("simplify", source, tmp_path / "o.ply", "--ratio", "1")
     assert "2 of 2 faces are no triangles and were cut into triangles, which makes 4" in said
     data = PlyData.read(tmp_path / "o.ply")
@@ -118,7 +96,7 @@ def test_polygons_are_cut_inside_and_that_is_said(run, tmp_path):
 def test_elements_that_number_points_are_left_out_with_a_word(run, tmp_path):
     edges = np.array([(0, 1), (1, 2)], [("vertex1", "i4"), ("vertex2", "i4")])
     more = [PlyElement.describe(edges, "edge")]
-    source = write(tmp_path / "in.ply", rows(bumpy(), {}), more=more)
+    source = write_ply(tmp_path / "in.ply", rows(bumpy(), {}), more=more)
     said = run("simplify", source, tmp_path / "o.ply", "--ratio", "0.5")
     assert "left out: 2 edge" in said
     assert [e.name for e in PlyData.read(tmp_path / "o.ply").elements] == ["vertex"]
@@ -165,7 +143,7 @@ def test_damaged_files_end_in_one_sentence(run, tmp_path, kind):
 def test_points_without_coordinates_are_told(run, tmp_path):
     points = bumpy()
     points[::7] = np.nan
-    source = write(tmp_path / "in.ply", rows(points, random_columns(len(points))))
+    source = write_ply(tmp_path / "in.ply", rows(points, random_columns(len(points))))
     said = run("simplify", source, tmp_path / "o.ply", "--ratio", "0.5")
     assert f"{len(points[::7])} of {len(points)} points have no valid coordinates" in said
     after = PlyData.read(tmp_path / "o.ply")["vertex"].data
