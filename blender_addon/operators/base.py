@@ -12,6 +12,7 @@ from ..geometry import sources
 from ..geometry.sources import Source
 from ..salcore import SalcoreError
 from ..settings import properties
+from ..settings.figures import figures
 from . import work
 from .work import Task
 
@@ -50,7 +51,7 @@ class ModalOperator:
     @classmethod
     def poll(cls, context: Any) -> bool:
         """Say what is missing where the operator cannot run."""
-        if context.window_manager.salient_simplify.stage:
+        if figures.stage:
             cls.poll_message_set("Work is under way; Esc cancels it")
             return False
         if context.mode != "OBJECT":
@@ -218,16 +219,14 @@ class ModalOperator:
             self.report({"WARNING"}, f"{text}: {reason}")
 
     def _show(self, context: Any, stage: str, fraction: float) -> None:
-        """Tell how far the work is, if that has changed by a per cent."""
-        figures = context.window_manager.salient_simplify
-        fraction = int(100.0 * fraction) / 100.0
-        if (figures.stage, round(figures.fraction, 2)) == (stage, fraction):
+        """Tell how far the work is, where that can be read."""
+        if not figures.tell(stage, fraction):
             return
-        figures.stage, figures.fraction = stage, fraction
         if context.workspace is not None:
             text = f"{self.bl_label}: {stage} {fraction:.0%}   |   Esc: cancel" if stage else None
             context.workspace.status_text_set(text)
-        _redraw(context)
+        for region in sidebars(context.window_manager.windows):
+            region.tag_redraw()
 
     def _end(self, context: Any) -> None:
         if self._timer is not None:
@@ -242,11 +241,13 @@ class ModalOperator:
             self._sources.pop().discard()
 
 
-def _redraw(context: Any) -> None:
-    """Have the sidebars drawn again; not the views, which may take long."""
-    for window in context.window_manager.windows:
-        for area in window.screen.areas:
-            if area.type == "VIEW_3D":
-                for region in area.regions:
-                    if region.type == "UI":
-                        region.tag_redraw()
+def sidebars(windows: Any) -> list[Any]:
+    """Return the sidebars of all 3D views; the views themselves may take long to draw."""
+    return [
+        region
+        for window in windows
+        for area in window.screen.areas
+        if area.type == "VIEW_3D"
+        for region in area.regions
+        if region.type == "UI"
+    ]

@@ -12,6 +12,7 @@ from ..geometry import results, sources
 from ..geometry.sources import Source
 from ..geometry.topology import Reduced
 from ..settings import properties
+from ..settings.figures import figures
 from ..settings.layout import draw_output, draw_target
 from .base import SKIP_SAVE, ModalOperator
 
@@ -76,16 +77,23 @@ class OBJECT_OT_salient_simplify(ModalOperator, bpy.types.Operator):
     def conclude(self, context: Any) -> None:
         """Show the figures."""
         before, after = self._counts
-        figures = context.window_manager.salient_simplify
-        figures.title = self._names
-        figures.points_before, figures.points_after = before, after
-        figures.seconds, figures.measured = self._seconds, bool(self._errors)
-        text = f"{figures.title}: {after:,} of {before:,} points ({after / before:.1%})"
+        text = f"{self._names}: {after:,} of {before:,} points ({after / before:.1%})"
+        errors = {}
         if self._errors:
-            figures.max_error = max(error["max"] for error in self._errors)
             total = sum(error["mean"] * error["points"] for error in self._errors)
-            figures.mean_error = total / before
-            text += f", largest error {figures.max_error:.4g}, mean {figures.mean_error:.4g}"
+            errors = {
+                "max_error": max(error["max"] for error in self._errors),
+                "mean_error": total / before,
+                "measured": True,
+            }
+            text += ", largest error {max_error:.4g}, mean {mean_error:.4g}".format(**errors)
+        figures.show(
+            title=self._names,
+            points_before=before,
+            points_after=after,
+            seconds=self._seconds,
+            **errors,
+        )
         self.report({"INFO"}, text)
 
     def draw(self, context: Any) -> None:

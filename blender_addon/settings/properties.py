@@ -10,6 +10,7 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
 
 from ..salcore import PRESETS, TABLE, TARGETS, Parameter, Parameters
+from .figures import Figures, figures
 
 HIDDEN = {"error_unit"}
 """Rows that a scene decides: lengths are always in its unit."""
@@ -183,20 +184,20 @@ def fill_unset(own: Any, settings: Any) -> None:
             setattr(own, name, getattr(settings, name))
 
 
-class SalientFigures(bpy.types.PropertyGroup):
-    """Figures of the last result, and how far running work has come; not saved."""
+def _figure(field: Any) -> Any:
+    """Return a property that reads a figure, and cannot be set."""
+    kinds = {"str": StringProperty, "int": IntProperty, "float": FloatProperty}
+    kind = kinds.get(field.type, BoolProperty)
+    words: dict[str, Any] = {"get": lambda self: getattr(figures, field.name)}
+    if field.name.endswith("_error"):
+        words |= {"subtype": "DISTANCE", "precision": 6}
+    return kind(**words)
 
-    __annotations__ = {
-        "stage": StringProperty(),
-        "fraction": FloatProperty(),
-        "title": StringProperty(),
-        "points_before": IntProperty(),
-        "points_after": IntProperty(),
-        "max_error": FloatProperty(subtype="DISTANCE", precision=6),
-        "mean_error": FloatProperty(subtype="DISTANCE", precision=6),
-        "measured": BoolProperty(),
-        "seconds": FloatProperty(),
-    }
+
+class SalientFigures(bpy.types.PropertyGroup):
+    """Figures of the last result, and how far running work has come; to read, not saved."""
+
+    __annotations__ = {field.name: _figure(field) for field in dataclasses.fields(Figures)}
 
 
 CLASSES: tuple[Any, ...] = (SalientSettings, SalientFigures)

@@ -118,7 +118,7 @@ def test_the_panels_draw_what_there_is(module):
     assert "400 of 800 points" in text
     assert "50.00% removed" in text
     assert "Largest error" in text
-    figures = bpy.context.window_manager.salient_simplify
+    figures = module("settings.figures").figures
     figures.stage, figures.fraction = "Graph", 0.5
     drawn = Shown(panel.VIEW3D_PT_salient).layout.drawn
     assert "Graph (Esc: cancel)" in drawn
@@ -140,7 +140,7 @@ def test_all_buttons_are_grey_while_work_goes_on(module):
     calls = [getattr(getattr(bpy.ops, place), name) for place, name in operators]
     ready = [call.poll() for call in calls]
     assert ready.count(False) == 1  # measuring wants two objects
-    figures = bpy.context.window_manager.salient_simplify
+    figures = module("settings.figures").figures
     figures.stage = "Graph"
     assert not any(call.poll() for call in calls)
     figures.stage = ""
