@@ -12,8 +12,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from ..salcore import Simplification, find_seams
+from ..salcore.decimation.attribute_transfer import corner_sources
 
 Ints = NDArray[np.int64]
 Ints32 = NDArray[np.int32]
@@ -171,6 +174,44 @@ def seams(mesh: MeshArrays) -> Ints:
     if mesh.marked_seams is not None:
         found.append(mesh.marked_seams.astype(np.int64))
     return np.concatenate(found)
+
+
+def parent_corners(mesh: MeshArrays, parent: Ints) -> Ints:
+    """Return the corner (C,) at each corner's parent vertex, in the same chart.
+
+    Parameters
+    ----------
+    mesh : MeshArrays
+    parent : (N,) int64
+        Vertex that each goes into; -1 for none: its corners are their own parents.
+    """
+    vertices = np.where(parent < 0, np.arange(len(parent)), parent)
+    corners, faces = mesh.corners, mesh.faces
+    charts = None
+    if mesh.active_uv >= 0:
+        charts = mesh.uv_maps[mesh.active_uv].astype(np.float64)[corners]
+    found = corner_sources(faces, vertices[faces], np.arange(len(faces)), charts)
+    result = np.arange(len(mesh.vertices), dtype=np.int64)
+    result[corners.ravel()] = corners.ravel()[found.ravel()]
+    return result
+
+
+def joined_by_edges(mesh: MeshArrays, parent: Ints) -> bool:
+    """Return whether all that goes into one vertex is joined by edges, but loose vertices.
+
+    Points go along sides of triangles. So they are joined if all polygons are triangles, and no
+    vertex goes into one of another part of the mesh.
+    """
+    if mesh.triangles is not None:
+        return False
+    after = mesh.vertices[_following(mesh.first.astype(np.int64), len(mesh.vertices))]
+    edges = np.concatenate([np.column_stack([mesh.vertices, after]), mesh.loose_edges])
+    shape = (len(parent), len(parent))
+    graph = coo_array((np.ones(len(edges), dtype=np.int8), tuple(edges.T)), shape=shape)
+    part = connected_components(graph, directed=False)[1]
+    vertices = np.unique(edges)
+    vertices = vertices[parent[vertices] >= 0]
+    return bool((part[vertices] == part[parent[vertices]]).all())
 
 
 def _polygons(mesh: MeshArrays, result: Simplification) -> tuple[Ints, Ints, Ints, Ints]:

@@ -157,7 +157,14 @@ def rank(
     keep_seams: bool,
     work: Progress,
 ) -> dict[str, Any]:
-    """Return the order of removal, as `Ranking` has it."""
+    """Return the order of removal, as `Ranking` has it, and what of a mesh depends on it.
+
+    Returns
+    -------
+    dict
+        "rank", "parent" and "generations"; "corner": of `topology.parent_corners`, None where
+        corners carry nothing; "connected": of `topology.joined_by_edges`.
+    """
     shape = None if mesh is None else MeshArrays(**mesh)
     faces = None if shape is None or not len(shape.first) else shape.faces
     analysis = _analysis(points, faces, normals, parameters, work, ANALYSIS_SHARE)
@@ -167,10 +174,18 @@ def rank(
         seams = _find_seams(shape)
     part = work.portion(ANALYSIS_SHARE, 1.0)
     ranking = analysis.ranking(protect=protect, seams=seams, progress=part)
+    corner, connected = None, False
+    if shape is not None and faces is not None:
+        work.part(1.0, 1.0, "Attributes")
+        connected = topology.joined_by_edges(shape, ranking.parent)
+        if shape.corner_values:
+            corner = topology.parent_corners(shape, ranking.parent).astype(np.int32)
     return {
         "rank": ranking.rank.astype(np.int32),
         "parent": ranking.parent.astype(np.int32),
         "generations": ranking.generations,
+        "corner": corner,
+        "connected": connected,
     }
 
 
