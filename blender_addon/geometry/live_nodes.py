@@ -22,7 +22,11 @@ RANK, PARENT, INDEX = "salient_rank", "salient_parent", "salient_index"
 CORNER = "salient_corner"
 """The corner at the parent, in the same chart."""
 ANCESTOR, CORNER_ANCESTOR = "salient_ancestor", "salient_corner_ancestor"
-OWN = (RANK, PARENT, INDEX, CORNER)
+STAYS = "salient_stays"
+"""Means of ones and zeros where points merge: above zero where one of them stays."""
+APART = "salient_apart"
+"""Ones where points may have to merge that no edges join."""
+OWN = (APART, RANK, PARENT, INDEX, CORNER)
 """Attributes that the live modifier needs."""
 ROW = 4096.0
 """Points in a row of the grid on which points of one ancestor meet."""
@@ -50,7 +54,7 @@ class Kind(NamedTuple):
     faces : bool
         Whether points are merged, or deleted.
     connected : bool
-        Whether all points that merge are joined by edges.
+        Whether merging along edges is enough: see `topology.apart`.
     points, corners : tuple of (name, type)
         Attributes that take the values of ancestors.
     """
@@ -202,18 +206,23 @@ def _merge(nodes: NodeBuilder, geometry: Any, steps: Any, gone: Any, kind: Kind)
     grid = nodes.node("ShaderNodeCombineXYZ")
     nodes.link(nodes.math("MODULO", ancestor, ROW), grid.inputs["X"])
     nodes.link(nodes.math("FLOOR", nodes.math("DIVIDE", ancestor, ROW)), grid.inputs["Y"])
-    # Along edges most merge, in a fraction of the time; a point without any would stay.
+    # Merging along edges takes a fraction of the time. What is left of a part that went into
+    # another one has no edges then, and no point in it that stays.
+    stays = nodes.math("SUBTRACT", 1.0, gone)
+    mesh = nodes.store(nodes.move(mesh, grid.outputs["Vector"]), STAYS, "FLOAT", "POINT", stays)
+    mesh = nodes.merge(mesh, 0.1, connected=True)
+    if not kind.connected:
+        apart = nodes.math("GREATER_THAN", nodes.named(APART, "FLOAT"), 0.0)
+        mesh = nodes.merge(mesh, 0.1, connected=False, selection=apart)
     edges = nodes.node("GeometryNodeEdgesOfVertex").outputs["Total"]
     alone = nodes.math("LESS_THAN", edges, 0.5)
-    mesh = nodes.delete(mesh, nodes.math("MULTIPLY", gone, alone))
-    mesh = nodes.merge(nodes.move(mesh, grid.outputs["Vector"]), 0.1, connected=True)
-    if not kind.connected:
-        mesh = nodes.merge(mesh, 0.1, connected=False)
+    empty = nodes.math("COMPARE", nodes.named(STAYS, "FLOAT"), 0.0, 0.0)
+    mesh = nodes.delete(mesh, nodes.math("MULTIPLY", empty, alone))
     position = nodes.node("GeometryNodeInputPosition").outputs[0]
     mesh = nodes.move(mesh, nodes.sample(geometry, position, ancestor, "FLOAT_VECTOR"))
     for name, of in kind.points:
         value = nodes.sample(geometry, nodes.named(name, FIELDS[of]), ancestor, FIELDS[of])
         mesh = nodes.store(mesh, name, of, "POINT", value)
-    for name in (ANCESTOR, CUSTOM_NORMALS):
+    for name in (ANCESTOR, STAYS, CUSTOM_NORMALS):
         mesh = nodes.remove(mesh, name)
     return mesh

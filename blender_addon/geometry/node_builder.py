@@ -133,7 +133,7 @@ class NodeBuilder:
         self.link(body(begin.outputs["Geometry"]), end.inputs["Geometry"])
         return end.outputs["Geometry"]
 
-    def merge(self, geometry: Any, distance: float, connected: bool) -> Any:
+    def merge(self, geometry: Any, distance: float, connected: bool, selection: Any = True) -> Any:
         """Return the geometry with near points made one: all, or those along edges, at once."""
         node = self.node("GeometryNodeMergeByDistance")
         node.inputs["Distance"].default_value = distance
@@ -142,6 +142,7 @@ class NodeBuilder:
         else:  # from Blender 5.0 on
             node.inputs["Mode"].default_value = "Connected" if connected else "All"
         self.link(geometry, node.inputs["Geometry"])
+        self.link(selection, node.inputs["Selection"])
         return node.outputs["Geometry"]
 
     def warn(self, condition: Any, text: str) -> Any:

@@ -12,8 +12,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from ..salcore import Simplification, find_seams
 from ..salcore.decimation.attribute_transfer import corner_sources
@@ -78,6 +76,14 @@ class MeshArrays(NamedTuple):
         if self.triangles is not None:
             return self.vertices[self.triangles]
         return self.vertices.reshape(-1, 3)
+
+    @property
+    def all_edges(self) -> Ints32:
+        """(e, 2) ends of all edges, those between polygons once or more."""
+        if self.edges is not None:
+            return self.edges
+        after = self.vertices[_following(self.first.astype(np.int64), len(self.vertices))]
+        return np.concatenate([np.column_stack([self.vertices, after]), self.loose_edges])
 
     @property
     def polygons(self) -> Ints32:
@@ -196,22 +202,39 @@ def parent_corners(mesh: MeshArrays, parent: Ints) -> Ints:
     return result
 
 
-def joined_by_edges(mesh: MeshArrays, parent: Ints) -> bool:
-    """Return whether all that goes into one vertex is joined by edges, but loose vertices.
+def apart(edges: Ints32, rank: Ints, parent: Ints) -> NDArray[np.bool_]:
+    """Return which vertices (N,) may be in one cluster with others that no edges join to them.
 
-    Points go along sides of triangles. So they are joined if all polygons are triangles, and no
-    vertex goes into one of another part of the mesh.
+    Parameters
+    ----------
+    edges : (E, 2) int32
+    rank, parent : (N,) int64
+        The order of removal; parents have lower ranks, and rank 0 has none.
+
+    Notes
+    -----
+    Ends of an edge climb to the first ancestor that they share. The last step of the climb is the
+    removal by which the edge comes to lie inside a cluster, and joins it. Other steps, and that
+    one, are removals of vertices from whose clusters the edge leads away: where none does, the
+    cluster is a part of its own. O(E) steps, times the generations.
     """
-    if mesh.triangles is not None:
-        return False
-    after = mesh.vertices[_following(mesh.first.astype(np.int64), len(mesh.vertices))]
-    edges = np.concatenate([np.column_stack([mesh.vertices, after]), mesh.loose_edges])
-    shape = (len(parent), len(parent))
-    graph = coo_array((np.ones(len(edges), dtype=np.int8), tuple(edges.T)), shape=shape)
-    part = connected_components(graph, directed=False)[1]
-    vertices = np.unique(edges)
-    vertices = vertices[parent[vertices] >= 0]
-    return bool((part[vertices] == part[parent[vertices]]).all())
+    joined, leaves = np.zeros((2, len(rank)), dtype=bool)
+    low, high = edges[rank[edges[:, 0]] != rank[edges[:, 1]]].T.astype(np.int64)
+    while len(low):
+        swap = rank[low] > rank[high]
+        low, high = np.where(swap, high, low), np.where(swap, low, high)
+        leaves[high] = True
+        above = parent[high]
+        met = above == low
+        joined[high[met]] = True
+        low, high = low[~met], above[~met]
+    result: NDArray[np.bool_] = leaves & ~joined
+    ancestors = np.flatnonzero(result)
+    while len(ancestors):
+        ancestors = np.unique(parent[ancestors])
+        ancestors = ancestors[(ancestors >= 0) & ~result[ancestors]]
+        result[ancestors] = True
+    return result
 
 
 def _polygons(mesh: MeshArrays, result: Simplification) -> tuple[Ints, Ints, Ints, Ints]:

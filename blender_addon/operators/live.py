@@ -16,7 +16,7 @@ from bpy.props import FloatProperty
 
 from ..geometry import attributes, live_nodes, read, sources
 from ..geometry.attributes import Layer
-from ..geometry.live_nodes import CORNER, INDEX, PARENT, RANK, Kind
+from ..geometry.live_nodes import APART, CORNER, INDEX, PARENT, RANK, Kind
 from ..geometry.sources import Source
 from ..settings import properties
 from .base import SKIP_SAVE, ModalOperator
@@ -73,7 +73,8 @@ class OBJECT_OT_salient_live(ModalOperator, bpy.types.Operator):
         for source, ranking in zip(self._sources, answers, strict=True):
             data = source.data
             faces = read.is_mesh(data) and len(data.polygons) > 0
-            kind = live_nodes.kind_of(data, ranking["connected"]) if faces else Kind(False)
+            apart = ranking["apart"] if faces else np.empty(0)
+            kind = live_nodes.kind_of(data, not apart.any()) if faces else Kind(False)
             numbers = np.arange(source.count, dtype=np.int32)
             for name, values in (
                 (RANK, ranking["rank"]),
@@ -81,6 +82,8 @@ class OBJECT_OT_salient_live(ModalOperator, bpy.types.Operator):
                 (INDEX, numbers),
             ):
                 attributes.write_layer(data, Layer(name, "INT", "POINT", values))
+            if apart.any():
+                attributes.write_layer(data, Layer(APART, "FLOAT", "POINT", apart))
             inputs = {"Ratio": self.ratio, "Steps": ranking["generations"], "Points": source.count}
             if kind.corners:
                 attributes.write_layer(data, Layer(CORNER, "INT", "CORNER", ranking["corner"]))

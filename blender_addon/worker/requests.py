@@ -163,7 +163,7 @@ def rank(
     -------
     dict
         "rank", "parent" and "generations"; "corner": of `topology.parent_corners`, None where
-        corners carry nothing; "connected": of `topology.joined_by_edges`.
+        corners carry nothing; "apart": of `topology.apart`, None without faces.
     """
     shape = None if mesh is None else MeshArrays(**mesh)
     faces = None if shape is None or not len(shape.first) else shape.faces
@@ -174,10 +174,10 @@ def rank(
         seams = _find_seams(shape)
     part = work.portion(ANALYSIS_SHARE, 1.0)
     ranking = analysis.ranking(protect=protect, seams=seams, progress=part)
-    corner, connected = None, False
+    corner, apart = None, None
     if shape is not None and faces is not None:
         work.part(1.0, 1.0, "Attributes")
-        connected = topology.joined_by_edges(shape, ranking.parent)
+        apart = topology.apart(shape.all_edges, ranking.rank, ranking.parent)
         if shape.corner_values:
             corner = topology.parent_corners(shape, ranking.parent).astype(np.int32)
     return {
@@ -185,7 +185,7 @@ def rank(
         "parent": ranking.parent.astype(np.int32),
         "generations": ranking.generations,
         "corner": corner,
-        "connected": connected,
+        "apart": apart,
     }
 
 

@@ -247,3 +247,32 @@ def test_uv_maps_and_corner_values_stay_where_they_were(module, triangles):
         for polygon in live.polygons:
             own = uv[list(polygon.loop_indices)]
             assert np.ptp(own, axis=0).max() < 0.9
+
+
+def test_parts_that_are_not_joined(module):
+    """Loose points, and copies at one place, merge or go as they do in Simplify."""
+    obj = triangulated_torus()
+    bpy.ops.object.duplicate()
+    other = bpy.context.active_object
+    other.location.x = 5
+    scenes.select(obj, other)
+    bpy.ops.object.join()
+    edit(obj, lambda work: [work.verts.new((k / 7, 3, 0)) for k in range(40)])
+    bpy.ops.object.salient_live()
+    assert "connected=True" in obj.modifiers["Salient Live"].node_group["salient_kind"]
+    compare_cuts(module, obj)
+    edit(obj, lambda work: bmesh.ops.split_edges(work, edges=work.edges))
+    bpy.ops.object.salient_live()
+    assert "connected=False" in obj.modifiers["Salient Live"].node_group["salient_kind"]
+    slide(module, obj, 0.2)
+    assert len(evaluated(obj).data.vertices) == round(0.2 * len(obj.data.vertices))
+
+
+def compare_cuts(module, obj):
+    for ratio in (0.5, 0.1, 0.02):
+        slide(module, obj, ratio)
+        live = points_of(evaluated(obj).data)
+        bpy.ops.object.salient_simplify(ratio=ratio)
+        result = bpy.data.objects[obj.name + "_simplified"]
+        assert live == points_of(result.data)
+        bpy.data.objects.remove(result)
