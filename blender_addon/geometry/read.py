@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..salcore import SalcoreError
-from . import attributes
+from . import attributes, vertices
 from .topology import MeshArrays
 
 Floats = NDArray[np.float64]
@@ -142,12 +142,7 @@ def weights(obj: Any, data: Any, name: str) -> NDArray[np.float64]:
     """
     group = obj.vertex_groups.get(name) if is_mesh(data) else None
     if group is not None:
-        result = np.zeros(len(data.vertices))
-        for k, vertex in enumerate(data.vertices):  # Blender has no faster way to read weights
-            for element in vertex.groups:
-                if element.group == group.index:
-                    result[k] = element.weight
-        return result
+        return vertices.weights(data, name).astype(np.float64)
     attribute = data.attributes.get(name)
     if attribute is None or attribute.domain != "POINT" or attribute.data_type not in WEIGHTS:
         raise HostError(

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from .. import salcore
 from ..geometry import topology
@@ -194,7 +195,7 @@ def saliency(
 ) -> dict[str, Any]:
     """Return the saliency of every point, and its colour from blue to red."""
     values = _analysis(points, faces, normals, parameters, work).saliency
-    return _shown(values.astype(np.float32), salcore.saliency_colors(values))
+    return _shown(points, values.astype(np.float32), salcore.saliency_colors(values))
 
 
 def regions(
@@ -204,7 +205,7 @@ def regions(
     analysis = _analysis(points, faces, normals, parameters, work, 0.9)
     work.part(0.9, 1.0, "Regions")
     values = analysis.regions
-    return _shown(values.astype(np.int32), salcore.region_colors(values))
+    return _shown(points, values.astype(np.int32), salcore.region_colors(values))
 
 
 def interest(
@@ -221,7 +222,7 @@ def interest(
     result = analysis.simplify(alpha=alpha, progress=work.portion(ANALYSIS_SHARE, 1.0))
     kept = np.zeros(len(result.source), dtype=bool)
     kept[result.indices] = True
-    return _shown(kept, np.where(kept[:, None], INTEREST_COLOR, OTHER_COLOR))
+    return _shown(points, kept, np.where(kept[:, None], INTEREST_COLOR, OTHER_COLOR))
 
 
 TASKS = {
@@ -229,11 +230,15 @@ TASKS = {
 }
 
 
-def _shown(values: NDArray[Any], rgb: Any) -> dict[str, Any]:
-    """Return values and opaque colours (n, 4)."""
+def _shown(points: Any, values: NDArray[Any], rgb: Any) -> dict[str, Any]:
+    """Return values, opaque colours (n, 4), and half the mean distance to the nearest point."""
     colors = np.ones((len(values), 4), dtype=np.float32)
     colors[:, :3] = rgb
-    return {"values": values, "colors": colors}
+    finite = points[np.isfinite(points).all(axis=1)]
+    distance = cKDTree(finite).query(finite, k=2)[0][:, 1]
+    distance = distance[np.isfinite(distance) & (distance > 0.0)]
+    radius = 0.5 * float(distance.mean()) if len(distance) else 0.0
+    return {"values": values, "colors": colors, "radius": radius}
 
 
 def _analysis(
