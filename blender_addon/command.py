@@ -7,6 +7,7 @@ import argparse
 import os
 import tempfile
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import bpy
@@ -19,6 +20,8 @@ from .settings import properties
 from .worker import requests
 
 NAME = "salient_simplify"
+KEEP = SimpleNamespace(protect="", keep_seams=True, keep_sharp=True)
+"""What has to stay."""
 MISTAKE = 2
 IMPORTERS: dict[str, tuple[str, dict[str, Any]]] = {
     ".ply": ("wm.ply_import", {}),
@@ -123,7 +126,7 @@ def _simplify(options: argparse.Namespace) -> str:
             "parameters": parameters.as_dict(),
             "targets": [target],
             "measurable": k,
-            **sources.geometry_with_mesh(source, "", True),
+            **sources.geometry_with_mesh(source, KEEP),
         }
         answers.append(requests.run(request))
     for source, answer in zip(found, answers, strict=True):

@@ -121,7 +121,10 @@ def measure(module: Callable[[str], Any], obj: Any, ratio: float) -> None:
     def request_of(ratio: float) -> dict[str, Any]:
         source = sources.originals(bpy.context)[0]
         words = {"task": "simplify", "parameters": parameters, "targets": [{"ratio": ratio}]}
-        return words | {"measurable": 0, **sources.geometry_with_mesh(source, "", True)}
+        return words | {
+            "measurable": 0,
+            **sources.geometry_with_mesh(source, module("command").KEEP),
+        }
 
     clock = Clock()
     request = request_of(ratio)

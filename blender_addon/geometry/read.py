@@ -99,7 +99,6 @@ def mesh_arrays(mesh: Any) -> MeshArrays:
     _, corners, polygons = (None,) * 3 if all_triangles else triangles(mesh)
     maps = list(mesh.uv_layers)
     active = mesh.uv_layers.active
-    marked = mesh.attributes.get("uv_seam")
     material = mesh.attributes.get("material_index")
     return MeshArrays(
         first=first,
@@ -112,8 +111,24 @@ def mesh_arrays(mesh: Any) -> MeshArrays:
         uv_maps=[np.asarray(attributes.read(mesh.attributes[uv.name])) for uv in maps],
         active_uv=-1 if active is None else [uv.name for uv in maps].index(active.name),
         materials=None if material is None else np.asarray(attributes.read(material)),
-        marked_seams=None if marked is None else edges[np.asarray(attributes.read(marked))],
+        marked_seams=_marked(mesh, edges, "uv_seam"),
+        sharp=_marked(mesh, edges, *SHARP),
     )
+
+
+def _marked(mesh: Any, edges: NDArray[np.int32], *names: str) -> NDArray[np.int32] | None:
+    """Return the edges (s, 2) where one of these attributes of edges is not zero, or None."""
+    found = [mesh.attributes.get(name) for name in names]
+    marks = [np.asarray(attributes.read(item)) != 0 for item in found if _of_edges(item)]
+    if "freestyle_edge" in names and hasattr(bpy.types.MeshEdge, "use_freestyle_mark"):
+        freestyle = np.zeros(len(edges), dtype=bool)  # no attribute before Blender 5.0
+        mesh.edges.foreach_get("use_freestyle_mark", freestyle)
+        marks.append(freestyle)
+    return edges[np.logical_or.reduce(marks)] if marks else None
+
+
+def _of_edges(attribute: Any) -> bool:
+    return attribute is not None and attribute.domain == "EDGE" and attribute.data_type in WEIGHTS
 
 
 def _carries(mesh: Any, domain: str) -> bool:
@@ -152,5 +167,7 @@ def weights(obj: Any, data: Any, name: str) -> NDArray[np.float64]:
     return np.asarray(attributes.read(attribute), dtype=np.float64)
 
 
+SHARP = ("sharp_edge", "crease_edge", "bevel_weight_edge", "freestyle_edge")
+"""Attributes of edges that make an edge a line to keep."""
 WEIGHTS = ("BOOLEAN", "FLOAT", "INT", "INT8")
 """Attribute types that can protect points."""

@@ -135,15 +135,16 @@ def geometry(source: Source) -> dict[str, Any]:
     return found._asdict()
 
 
-def geometry_with_mesh(source: Source, protect: str, keep_seams: bool) -> dict[str, Any]:
-    """Return a source as `requests.simplify` wants it, with what has to stay."""
+def geometry_with_mesh(source: Source, settings: Any) -> dict[str, Any]:
+    """Return a source as `requests.simplify` wants it, with what settings say has to stay."""
     found = geometry(source)
     del found["faces"]  # they follow from the mesh
     mesh = read.mesh_arrays(source.data)._asdict() if read.is_mesh(source.data) else None
     return found | {
         "mesh": mesh,
-        "protect": protected(source, protect),
-        "keep_seams": keep_seams,
+        "protect": protected(source, settings.protect),
+        "keep_seams": settings.keep_seams,
+        "keep_sharp": settings.keep_sharp,
     }
 
 

@@ -43,7 +43,8 @@ class MeshArrays(NamedTuple):
     active_uv : int
         Position in `uv_maps` of the one that tells corners of one vertex apart; -1 for none.
     materials : (P,) int32 or None
-    marked_seams : (s, 2) int32 or None
+    marked_seams, sharp : (s, 2) int32 or None
+        Edges marked as seams, and those that are sharp, creased, bevelled or marked for Freestyle.
     """
 
     first: Ints32
@@ -57,6 +58,7 @@ class MeshArrays(NamedTuple):
     active_uv: int
     materials: Ints32 | None
     marked_seams: Ints32 | None
+    sharp: Ints32 | None
 
     @property
     def sizes(self) -> Ints:
@@ -166,20 +168,29 @@ def simplified(mesh: MeshArrays, result: Simplification) -> Topology:
     return Topology(*(values.astype(np.int32) for values in found))
 
 
-def seams(mesh: MeshArrays) -> Ints:
-    """Return edges (s, 2) that stay as lines.
+def kept_lines(mesh: MeshArrays, seams: bool, sharp: bool) -> Ints | None:
+    """Return edges (s, 2) that stay as lines, or None.
 
-    Those where charts of a UV map meet, those marked as seams, and borders between materials.
+    Parameters
+    ----------
+    mesh : MeshArrays
+    seams : bool
+        Whether charts of UV maps, edges marked as seams, and borders between materials count.
+    sharp : bool
+        Whether edges that are sharp, creased, bevelled or marked for Freestyle count.
     """
-    values: list[NDArray[Any]] = [uv[mesh.corners] for uv in mesh.uv_maps]
-    if mesh.materials is not None:
-        values.append(np.repeat(mesh.materials[mesh.polygons][:, None, None], 3, axis=1))
     found = [np.empty((0, 2), dtype=np.int64)]
-    if values:
-        found.append(find_seams(mesh.faces, np.concatenate(values, axis=2)))
-    if mesh.marked_seams is not None:
-        found.append(mesh.marked_seams.astype(np.int64))
-    return np.concatenate(found)
+    if seams:
+        values: list[NDArray[Any]] = [uv[mesh.corners] for uv in mesh.uv_maps]
+        if mesh.materials is not None:
+            values.append(np.repeat(mesh.materials[mesh.polygons][:, None, None], 3, axis=1))
+        if values:
+            found.append(find_seams(mesh.faces, np.concatenate(values, axis=2)))
+        if mesh.marked_seams is not None:
+            found.append(mesh.marked_seams.astype(np.int64))
+    if sharp and mesh.sharp is not None:
+        found.append(mesh.sharp.astype(np.int64))
+    return np.concatenate(found) if seams or sharp else None
 
 
 def parent_corners(mesh: MeshArrays, parent: Ints) -> Ints:

@@ -44,7 +44,7 @@ class OBJECT_OT_salient_levels(ModalOperator, bpy.types.Operator):
             "parameters": properties.parameters(self).as_dict(),
             "targets": [{"ratio": ratio} for ratio in self._ratios],
             "measurable": None,
-            **sources.geometry_with_mesh(source, self.protect, self.keep_seams),
+            **sources.geometry_with_mesh(source, self),
         }
 
     def commit(self, context: Any, answers: list[dict[str, Any]]) -> None:

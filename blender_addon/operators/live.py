@@ -47,8 +47,7 @@ class OBJECT_OT_salient_live(ModalOperator, bpy.types.Operator):
             subtype="FACTOR",
             options=SKIP_SAVE,
         ),
-        "protect": properties.input_annotations(SKIP_SAVE)["protect"],
-        "keep_seams": properties.input_annotations(SKIP_SAVE)["keep_seams"],
+        **properties.keep_annotations(SKIP_SAVE),
         **properties.parameter_annotations(SKIP_SAVE),
     }
 
@@ -65,7 +64,7 @@ class OBJECT_OT_salient_live(ModalOperator, bpy.types.Operator):
         return {
             "task": "rank",
             "parameters": properties.parameters(self).as_dict(),
-            **sources.geometry_with_mesh(source, self.protect, self.keep_seams),
+            **sources.geometry_with_mesh(source, self),
         }
 
     def commit(self, context: Any, answers: list[dict[str, Any]]) -> None:

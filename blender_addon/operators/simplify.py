@@ -47,7 +47,7 @@ class OBJECT_OT_salient_simplify(ModalOperator, bpy.types.Operator):
             "parameters": properties.parameters(self).as_dict(),
             "targets": [properties.target(self)],
             "measurable": number if self.measure else None,
-            **sources.geometry_with_mesh(source, self.protect, self.keep_seams),
+            **sources.geometry_with_mesh(source, self),
         }
 
     def commit(self, context: Any, answers: list[dict[str, Any]]) -> None:

@@ -18,6 +18,7 @@ def draw_output(layout: Any, settings: Any) -> None:
     """Draw where the result goes."""
     layout.prop(settings, "source")
     layout.prop(settings, "keep_seams")
+    layout.prop(settings, "keep_sharp")
     layout.prop(settings, "output")
     if settings.output == "NEW":
         layout.prop(settings, "hide_source")

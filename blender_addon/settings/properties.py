@@ -97,6 +97,13 @@ def input_annotations(options: set[str]) -> dict[str, Any]:
             description="Which geometry of the object to take",
             options=options,
         ),
+        **keep_annotations(options),
+    }
+
+
+def keep_annotations(options: set[str]) -> dict[str, Any]:
+    """Return the properties that say what has to stay."""
+    return {
         "protect": StringProperty(
             name="Protect",
             description="Vertex group, or attribute of points, whose points are never removed: "
@@ -107,6 +114,13 @@ def input_annotations(options: set[str]) -> dict[str, Any]:
             name="Keep Seams",
             description="Seams of UV maps, edges marked as seams and borders of materials stay "
             "as lines; without, more of the shape is kept but faces reach across",
+            default=True,
+            options=options,
+        ),
+        "keep_sharp": BoolProperty(
+            name="Keep Sharp Edges",
+            description="Edges that are sharp, creased, have a bevel weight or are marked for "
+            "Freestyle stay as lines; without, more of the shape is kept but such lines break up",
             default=True,
             options=options,
         ),

@@ -31,7 +31,7 @@ ANALYSIS_SHARE = 0.4
 INTEREST_COLOR, OTHER_COLOR = (0.9, 0.1, 0.05), (0.35, 0.35, 0.38)
 
 _analyses: dict[bytes, Analysis] = {}
-_seams: dict[bytes, NDArray[np.int64]] = {}
+_lines: dict[bytes, NDArray[np.int64] | None] = {}
 """Of the last mesh only."""
 _unmeasured: list[list[Simplification]] = []
 """The last simplifications whose errors may be asked for, by request."""
@@ -62,7 +62,7 @@ def run(request: dict[str, Any], progress: Callback | None = None) -> Any:
 def forget() -> None:
     """Forget all that is kept."""
     _analyses.clear()
-    _seams.clear()
+    _lines.clear()
     _unmeasured.clear()
 
 
@@ -75,6 +75,7 @@ def simplify(
     targets: list[dict[str, float]],
     protect: Any,
     keep_seams: bool,
+    keep_sharp: bool,
     measurable: int | None,
     work: Progress,
 ) -> dict[str, Any]:
@@ -90,7 +91,8 @@ def simplify(
     targets : list of dict
         One argument each of `Analysis.simplify`.
     protect : (n,) bool or None
-    keep_seams : bool
+    keep_seams, keep_sharp : bool
+        Of `topology.kept_lines`.
     measurable : int or None
         Position among the requests whose errors `measure` will be asked for together; the first
         one forgets the last ones. None for no errors.
@@ -104,9 +106,9 @@ def simplify(
     faces = None if shape is None or not len(shape.first) else shape.faces
     analysis = _analysis(points, faces, normals, parameters, work, ANALYSIS_SHARE)
     seams = None
-    if shape is not None and keep_seams:
+    if shape is not None:
         work.part(ANALYSIS_SHARE, ANALYSIS_SHARE, "Seams")
-        seams = _find_seams(shape)
+        seams = _kept_lines(shape, keep_seams, keep_sharp)
     if not measurable:
         _unmeasured.clear()
     levels, done = [], []
@@ -156,6 +158,7 @@ def rank(
     parameters: dict[str, Any],
     protect: Any,
     keep_seams: bool,
+    keep_sharp: bool,
     work: Progress,
 ) -> dict[str, Any]:
     """Return the order of removal, as `Ranking` has it, and what of a mesh depends on it.
@@ -170,9 +173,9 @@ def rank(
     faces = None if shape is None or not len(shape.first) else shape.faces
     analysis = _analysis(points, faces, normals, parameters, work, ANALYSIS_SHARE)
     seams = None
-    if shape is not None and keep_seams:
+    if shape is not None:
         work.part(ANALYSIS_SHARE, ANALYSIS_SHARE, "Seams")
-        seams = _find_seams(shape)
+        seams = _kept_lines(shape, keep_seams, keep_sharp)
     part = work.portion(ANALYSIS_SHARE, 1.0)
     ranking = analysis.ranking(protect=protect, seams=seams, progress=part)
     corner, apart = None, None
@@ -267,15 +270,15 @@ def _drop_old(most: int) -> None:
         del _analyses[next(iter(_analyses))]
 
 
-def _find_seams(mesh: MeshArrays) -> NDArray[np.int64]:
+def _kept_lines(mesh: MeshArrays, seams: bool, sharp: bool) -> NDArray[np.int64] | None:
     """Return the edges that stay as lines; those of the last mesh are kept."""
-    arrays = (mesh.vertices, mesh.triangles, mesh.materials, mesh.marked_seams, *mesh.uv_maps)
-    key = _digest("", *arrays)
-    if key not in _seams:
-        found = topology.seams(mesh)
-        _seams.clear()
-        _seams[key] = found
-    return _seams[key]
+    arrays = (mesh.vertices, mesh.triangles, mesh.materials, mesh.marked_seams, mesh.sharp)
+    key = _digest(repr((seams, sharp)), *arrays, *mesh.uv_maps)
+    if key not in _lines:
+        found = topology.kept_lines(mesh, seams, sharp)
+        _lines.clear()
+        _lines[key] = found
+    return _lines[key]
 
 
 def _digest(words: str, *arrays: Any) -> bytes:

@@ -32,6 +32,6 @@ def request_of(module):
             return words | sources.geometry(source)
         if task == "simplify":
             words |= {"targets": [{"ratio": ratio}], "measurable": measurable}
-        return words | sources.geometry_with_mesh(source, "", True)
+        return words | sources.geometry_with_mesh(source, module("command").KEEP)
 
     return make

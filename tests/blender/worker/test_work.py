@@ -80,7 +80,8 @@ def test_several_requests_in_a_row_and_their_errors(work, request_of, module):
     points, faces = scenes.positions(obj).astype(float), module("geometry.read").triangles(obj.data)
     for request, error in zip(requests, errors, strict=True):
         words = salcore.Parameters(error_unit="length")
-        seams = module("geometry.topology").seams(module("geometry.read").mesh_arrays(obj.data))
+        arrays = module("geometry.read").mesh_arrays(obj.data)
+        seams = module("geometry.topology").kept_lines(arrays, seams=True, sharp=True)
         analysis = salcore.analyze(points, faces[0], parameters=words)
         report = analysis.simplify(seams=seams, **request["targets"][0]).report
         assert error["max"] == report.errors.surface.max
