@@ -267,10 +267,15 @@ def _target(name: str, default: Any, label: str, *, sentence: str, **row: Any) -
 
 # fmt: off
 TARGETS: tuple[Parameter, ...] = (
-    _target("ratio", 0.1, "Ratio", minimum=0.0, maximum=1.0,
-        sentence="Share of the points to keep, exact to the point."),
+    _target("ratio", 0.1, "Ratio", minimum=1e-9, maximum=1.0,
+        sentence="Share of the points to keep, exact to the point; of a mesh in parts less by "
+        "points of a part that goes whole."),
     _target("count", 10000, "Count", minimum=1, maximum=2**31 - 1,
-        sentence="Number of points to keep, exact to the point."),
+        sentence="Number of points to keep, exact to the point; of a mesh in parts less by points "
+        "of a part that goes whole."),
+    _target("faces", 10000, "Faces", minimum=1, maximum=2**31 - 1,
+        sentence="Number of triangles of a mesh to keep, or the nearest below that a whole number "
+        "of points makes."),
     _target("max_error", 0.001, "Largest error", minimum=0.0, maximum=1e300,
         sentence="About the fewest points whose surface is nowhere further from an input point; "
         "a share of the diagonal, or a length (unit of error)."),
