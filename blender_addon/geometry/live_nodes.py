@@ -125,6 +125,7 @@ def _build(nodes: NodeBuilder, kind: Kind) -> None:
     )  # fmt: skip
     for name, text in (
         ("Steps", "Doublings that lead every point to its last ancestor"),
+        ("Least", "Fewest points that keep what is to be kept"),
         ("Points", "Number of points that the order was made for"),
         ("Corners", "Number of corners that the order was made for"),
     ):
@@ -139,7 +140,7 @@ def _build(nodes: NodeBuilder, kind: Kind) -> None:
         count = nodes.math("ADD", count, cloud)
     unfit = _unfit(nodes, inputs, count, kind)
     share = nodes.math("ROUND", nodes.math("MULTIPLY", count, inputs["Ratio"]))
-    limit = nodes.math("SUBTRACT", nodes.math("MAXIMUM", share, 1.0), 0.5)
+    limit = nodes.math("SUBTRACT", nodes.math("MAXIMUM", share, inputs["Least"]), 0.5)
     gone = nodes.math("GREATER_THAN", nodes.named(RANK), limit)
     if kind.faces:
         end = _merge(nodes, geometry, inputs["Steps"], gone, kind)

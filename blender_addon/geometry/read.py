@@ -110,10 +110,29 @@ def mesh_arrays(mesh: Any) -> MeshArrays:
         corner_values=_carries(mesh, "CORNER"),
         uv_maps=[np.asarray(attributes.read(mesh.attributes[uv.name])) for uv in maps],
         active_uv=-1 if active is None else [uv.name for uv in maps].index(active.name),
+        corner_colors=_colors(mesh, "CORNER"),
+        point_colors=_colors(mesh, "POINT"),
+        custom_normals=custom_normals(mesh),
         materials=None if material is None else np.asarray(attributes.read(material)),
         marked_seams=_marked(mesh, edges, "uv_seam"),
         sharp=_marked(mesh, edges, *SHARP),
     )
+
+
+def _colors(mesh: Any, domain: str) -> list[NDArray[np.float32]]:
+    """Return the colours of a domain."""
+    kinds = ("FLOAT_COLOR", "BYTE_COLOR")
+    chosen = [a for a in mesh.attributes if a.domain == domain and a.data_type in kinds]
+    return [np.asarray(attributes.read(attribute)) for attribute in chosen]
+
+
+def custom_normals(mesh: Any) -> NDArray[np.float32] | None:
+    """Return the normals (C, 3) of the corners, if they are not those that polygons give."""
+    if not mesh.has_custom_normals:
+        return None
+    normals = np.empty((len(mesh.loops), 3), dtype=np.float32)
+    mesh.corner_normals.foreach_get("vector", normals.ravel())
+    return normals
 
 
 def _marked(mesh: Any, edges: NDArray[np.int32], *names: str) -> NDArray[np.int32] | None:

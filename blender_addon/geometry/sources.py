@@ -14,6 +14,9 @@ from numpy.typing import NDArray
 from . import read
 from .read import HostError
 
+KEPT = ("keep_seams", "keep_sharp", "keep_border", "keep_topology")
+"""Switches of what has to stay."""
+
 
 @dataclass
 class Source:
@@ -26,11 +29,14 @@ class Source:
     data : bpy.types.Mesh or bpy.types.PointCloud
     fresh : bool
         Whether `data` is a copy made for this work, of what the modifiers made.
+    problem : HostError or None
+        Why there are no data.
     """
 
     objects: list[Any]
     data: Any
     fresh: bool = False
+    problem: HostError | None = None
 
     @property
     def object(self) -> Any:
@@ -51,6 +57,13 @@ class Source:
         """Remove a copy that has not been used."""
         if self.fresh and self.data.users == 0:
             _collection(self.data).remove(self.data)
+
+    def require_present(self) -> None:
+        """Raise `HostError` if there is no geometry."""
+        if self.problem is not None:
+            raise self.problem
+        if not self.count:
+            raise HostError(f"{self.object.name}: has no points")
 
     def require_editable(self) -> None:
         """Raise `HostError` if the geometry must not be changed."""
@@ -89,14 +102,11 @@ def evaluated(context: Any) -> list[Source]:
     """Return copies of what the modifiers make of each selected object."""
     depsgraph = context.evaluated_depsgraph_get()
     found: list[Source] = []
-    try:
-        for obj in _chosen(context):
-            data = _after_modifiers(obj, depsgraph)
-            found.append(Source([obj], data, True))
-    except HostError:
-        for source in found:
-            source.discard()
-        raise
+    for obj in _chosen(context):
+        try:
+            found.append(Source([obj], _after_modifiers(obj, depsgraph), True))
+        except HostError as error:
+            found.append(Source([obj], None, problem=error))
     return found
 
 
@@ -130,8 +140,6 @@ def _after_modifiers(obj: Any, depsgraph: Any) -> Any:
 def geometry(source: Source) -> dict[str, Any]:
     """Return points, triangles and normals of a source in world space, for a request."""
     found = read.arrays(source.data, source.object.matrix_world)
-    if not len(found.points):
-        raise HostError(f"{source.object.name}: has no points")
     return found._asdict()
 
 
@@ -143,8 +151,7 @@ def geometry_with_mesh(source: Source, settings: Any) -> dict[str, Any]:
     return found | {
         "mesh": mesh,
         "protect": protected(source, settings.protect),
-        "keep_seams": settings.keep_seams,
-        "keep_sharp": settings.keep_sharp,
+        **{name: getattr(settings, name) for name in KEPT},
     }
 
 

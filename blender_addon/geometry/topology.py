@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..salcore import Simplification, find_seams
+from ..salcore import Simplification
 from ..salcore.decimation.attribute_transfer import corner_sources
 
 Ints = NDArray[np.int64]
@@ -42,6 +42,10 @@ class MeshArrays(NamedTuple):
     uv_maps : list of (C, 2) float32
     active_uv : int
         Position in `uv_maps` of the one that tells corners of one vertex apart; -1 for none.
+    corner_colors : list of (C, 4) float32
+    point_colors : list of (N, 4) float32
+    custom_normals : (C, 3) float32 or None
+        Of the corners, where they are not those that follow from the polygons.
     materials : (P,) int32 or None
     marked_seams, sharp : (s, 2) int32 or None
         Edges marked as seams, and those that are sharp, creased, bevelled or marked for Freestyle.
@@ -56,6 +60,9 @@ class MeshArrays(NamedTuple):
     corner_values: bool
     uv_maps: list[NDArray[np.float32]]
     active_uv: int
+    corner_colors: list[NDArray[np.float32]]
+    point_colors: list[NDArray[np.float32]]
+    custom_normals: NDArray[np.float32] | None
     materials: Ints32 | None
     marked_seams: Ints32 | None
     sharp: Ints32 | None
@@ -93,6 +100,23 @@ class MeshArrays(NamedTuple):
         if self.polygon_of is not None:
             return self.polygon_of
         return np.arange(len(self.vertices) // 3, dtype=np.int32)
+
+    def layers(self, split: bool) -> list[NDArray[Any]]:
+        """Return values of the triangles' corners (t, 3, d) that seams are told by.
+
+        Parameters
+        ----------
+        split : bool
+            Whether vertices are split where values differ: their own colours count then, too.
+        """
+        found: list[NDArray[Any]] = [
+            values[self.corners] for values in (*self.uv_maps, *self.corner_colors)
+        ]
+        if split:
+            found += [values[self.faces] for values in self.point_colors]
+        if self.materials is not None:
+            found.append(np.repeat(self.materials[self.polygons][:, None, None], 3, axis=1))
+        return found
 
 
 class Topology(NamedTuple):
@@ -134,11 +158,17 @@ class Reduced(NamedTuple):
         Where they move to; None where they stay.
     topology : Topology or None
         None for a point cloud.
+    triangles : int
+        Number of triangles left.
+    notes : list of str
+        What had to be given up, a sentence each.
     """
 
     indices: Ints
     positions: NDArray[np.float64] | None
     topology: Topology | None
+    triangles: int
+    notes: list[str]
 
     def as_dict(self) -> dict[str, Any]:
         """Return plain values and arrays."""
@@ -169,28 +199,10 @@ def simplified(mesh: MeshArrays, result: Simplification) -> Topology:
 
 
 def kept_lines(mesh: MeshArrays, seams: bool, sharp: bool) -> Ints | None:
-    """Return edges (s, 2) that stay as lines, or None.
-
-    Parameters
-    ----------
-    mesh : MeshArrays
-    seams : bool
-        Whether charts of UV maps, edges marked as seams, and borders between materials count.
-    sharp : bool
-        Whether edges that are sharp, creased, bevelled or marked for Freestyle count.
-    """
-    found = [np.empty((0, 2), dtype=np.int64)]
-    if seams:
-        values: list[NDArray[Any]] = [uv[mesh.corners] for uv in mesh.uv_maps]
-        if mesh.materials is not None:
-            values.append(np.repeat(mesh.materials[mesh.polygons][:, None, None], 3, axis=1))
-        if values:
-            found.append(find_seams(mesh.faces, np.concatenate(values, axis=2)))
-        if mesh.marked_seams is not None:
-            found.append(mesh.marked_seams.astype(np.int64))
-    if sharp and mesh.sharp is not None:
-        found.append(mesh.sharp.astype(np.int64))
-    return np.concatenate(found) if seams or sharp else None
+    """Return marked edges (s, 2) that stay as lines, or None: seams, sharp ones, or both."""
+    marked = [mesh.marked_seams if seams else None, mesh.sharp if sharp else None]
+    found = [lines.astype(np.int64) for lines in marked if lines is not None]
+    return np.concatenate(found) if found else None
 
 
 def parent_corners(mesh: MeshArrays, parent: Ints) -> Ints:
@@ -276,13 +288,10 @@ def _polygons(mesh: MeshArrays, result: Simplification) -> tuple[Ints, Ints, Int
 
 def _corner_source(mesh: MeshArrays, result: Simplification) -> Ints:
     """Return the old corner (k, 3), among those of the triangles, for each new one."""
-    if not mesh.corner_values:
-        assert result.face_source is not None
-        return 3 * result.face_source[:, None] + np.arange(3)
-    charts = None
-    if mesh.active_uv >= 0:
-        charts = mesh.uv_maps[mesh.active_uv].astype(np.float64)[mesh.corners]
-    return result.corner_source(mesh.faces, charts)
+    if mesh.corner_values and result.face_corners is not None:
+        return result.face_corners
+    assert result.face_source is not None
+    return 3 * result.face_source[:, None] + np.arange(3)
 
 
 def _ranges(starts: Ints, sizes: Ints) -> Ints:

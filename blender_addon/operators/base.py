@@ -9,6 +9,7 @@ from typing import Any
 import bpy
 
 from ..geometry import sources
+from ..geometry.read import HostError
 from ..geometry.sources import Source
 from ..salcore import SalcoreError
 from ..settings import properties
@@ -44,6 +45,7 @@ class ModalOperator:
     report: Any
     poll_message_set: Any
     _sources: list[Source]
+    _warnings: list[str]
     _task: Task
     _committed: bool
     _timer: Any = None
@@ -101,7 +103,7 @@ class ModalOperator:
             return self._fail(context, error)
         finally:
             self._release()
-        self.conclude(context)
+        self._finish(context)
         return {"FINISHED"}
 
     def invoke(self, context: Any, event: Any) -> set[str]:
@@ -140,7 +142,7 @@ class ModalOperator:
                 return self._fail(context, error)
             raise
         self._end(context)
-        self.conclude(context)
+        self._finish(context)
         self._tell_why_it_waited()
         return {"FINISHED"}
 
@@ -152,12 +154,44 @@ class ModalOperator:
     def _begin(self, context: Any, host: Any) -> None:
         """Find what to work on, and make its requests."""
         self._committed = False
-        self._sources = []
+        self._sources, self._warnings = [], []
         context.view_layer.update()  # after the undo of F9 all matrices are still the identity
         self._sources = self.find(context)
-        for source in self._sources:
-            self.check(source)
+        problems = self._leave_out({k: self._problem(s) for k, s in enumerate(self._sources)})
+        if not self._sources:
+            raise problems[0]
         self._task = Task(self.requests(), host)
+
+    def _problem(self, source: Source) -> SalcoreError | None:
+        """Return why a geometry cannot be worked on, or None."""
+        try:
+            source.require_present()
+            self.check(source)
+        except HostError as error:
+            return error
+        return None
+
+    def _leave_out(self, problems: dict[int, Any]) -> list[Any]:
+        """Go on without sources that have a problem, and return the problems."""
+        found = [error for error in problems.values() if error is not None]
+        bad = [source for k, source in enumerate(self._sources) if problems.get(k) is not None]
+        for source, error in zip(bad, found, strict=True):
+            self._sources.remove(source)
+            name = source.object.name
+            text = _sentence(error).removeprefix(f"{name}: ")
+            self._warnings.append(f"{name} is left out: {text}")
+            source.discard()
+        return found
+
+    def warn(self, source: Source, notes: list[str]) -> None:
+        """Remember what had to be given up, to be told in the end."""
+        self._warnings += [f"{source.object.name}: {note}" for note in notes]
+
+    def _finish(self, context: Any) -> None:
+        """Tell what has been done, and then what could not be."""
+        self.conclude(context)
+        for text in self._warnings:
+            self.report({"WARNING"}, text)
 
     def _step(self, context: Any, wait: bool) -> bool:
         """Go on with the task, commit it when it is done; return whether nothing remains."""
@@ -168,7 +202,11 @@ class ModalOperator:
         if self._committed:
             self.measured(self._task.results[0])
             return True
-        self.commit(context, self._task.results)
+        results = self._task.results
+        if self._task.failures:
+            self._leave_out(self._task.failures)
+            results = [result for result in results if result is not None]
+        self.commit(context, results)
         self._committed = True
         more = self.measuring()
         if more is None:
@@ -183,18 +221,16 @@ class ModalOperator:
         if not bpy.app.timers.is_registered(work.settle):
             bpy.app.timers.register(work.settle, first_interval=TICK)
         if self._committed:
-            self.conclude(context)
+            self._finish(context)
             return {"FINISHED"}
         self.report({"INFO"}, "Cancelled: nothing was changed")
         return {"CANCELLED"}
 
     def _fail(self, context: Any, error: BaseException) -> set[str]:
         """Tell a mistake in a sentence; after the commit there is a result all the same."""
-        text = (
-            str(error) if isinstance(error, SalcoreError) else "not enough memory for this object"
-        )
+        text = _sentence(error)
         if self._committed:
-            self.conclude(context)
+            self._finish(context)
             self.report({"WARNING"}, f"The error was not measured: {text}")
             return {"FINISHED"}
         self.report({"ERROR"}, text)
@@ -239,6 +275,10 @@ class ModalOperator:
         """Remove copies made for the work that are not used."""
         while self._sources:
             self._sources.pop().discard()
+
+
+def _sentence(error: BaseException) -> str:
+    return str(error) if isinstance(error, SalcoreError) else "not enough memory for this object"
 
 
 def sidebars(windows: Any) -> list[Any]:

@@ -55,6 +55,7 @@ class OBJECT_OT_salient_levels(ModalOperator, bpy.types.Operator):
             context.scene.collection.children.link(collection)
             for k, level in enumerate(answer["levels"]):
                 result = Reduced.from_dict(level)
+                self.warn(source, [f"level {k}: {note}" for note in result.notes])
                 self._count += len(results.add(source, result, f"_LOD{k}", collection))
 
     def conclude(self, context: Any) -> None:

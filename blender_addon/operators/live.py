@@ -84,6 +84,7 @@ class OBJECT_OT_salient_live(ModalOperator, bpy.types.Operator):
             if apart.any():
                 attributes.write_layer(data, Layer(APART, "FLOAT", "POINT", apart))
             inputs = {"Ratio": self.ratio, "Steps": ranking["generations"], "Points": source.count}
+            inputs["Least"] = ranking["least"]
             if kind.corners:
                 attributes.write_layer(data, Layer(CORNER, "INT", "CORNER", ranking["corner"]))
                 inputs["Corners"] = len(data.loops)

@@ -13,7 +13,7 @@ from ..geometry.sources import Source
 from ..geometry.topology import Reduced
 from ..settings import properties
 from ..settings.figures import figures
-from ..settings.layout import draw_output, draw_target
+from ..settings.layout import draw_kept, draw_output, draw_target
 from .base import SKIP_SAVE, ModalOperator
 
 
@@ -53,9 +53,12 @@ class OBJECT_OT_salient_simplify(ModalOperator, bpy.types.Operator):
     def commit(self, context: Any, answers: list[dict[str, Any]]) -> None:
         """Put the results into the scene."""
         self._names = ", ".join(source.object.name for source in self._sources)
-        self._counts = [0, 0]
+        self._counts, self._triangles = [0, 0], [0, 0]
         for source, answer in zip(self._sources, answers, strict=True):
             result = Reduced.from_dict(answer["levels"][0])
+            self.warn(source, result.notes)
+            self._triangles[0] += answer["triangles"]
+            self._triangles[1] += result.triangles
             self._counts[0] += source.count
             self._counts[1] += len(result.indices)
             if self.output == "IN_PLACE":
@@ -78,6 +81,8 @@ class OBJECT_OT_salient_simplify(ModalOperator, bpy.types.Operator):
         """Show the figures."""
         before, after = self._counts
         text = f"{self._names}: {after:,} of {before:,} points ({after / before:.1%})"
+        if self._triangles[0]:
+            text += ", {1:,} of {0:,} triangles".format(*self._triangles)
         errors = {}
         if self._errors:
             total = sum(error["mean"] * error["points"] for error in self._errors)
@@ -91,6 +96,9 @@ class OBJECT_OT_salient_simplify(ModalOperator, bpy.types.Operator):
             title=self._names,
             points_before=before,
             points_after=after,
+            faces_before=self._triangles[0],
+            faces_after=self._triangles[1],
+            notes="\n".join(self._warnings),
             seconds=self._seconds,
             **errors,
         )
@@ -100,6 +108,7 @@ class OBJECT_OT_salient_simplify(ModalOperator, bpy.types.Operator):
         """Draw the panel of the last operation."""
         draw_target(self.layout, self)
         draw_output(self.layout, self)
+        draw_kept(self.layout, self)
 
 
 CLASSES: tuple[Any, ...] = (OBJECT_OT_salient_simplify,)

@@ -26,6 +26,8 @@ OUTPUTS = (
     ("NEW", "New Object", "Put the result into a new object beside the original"),
     ("IN_PLACE", "In Place", "Replace the geometry of the object and of all that share it"),
 )
+LABELS = {"faces": "Triangles"}
+"""Names that Blender's users know, where they are not the table's."""
 SOFT_MAXIMUM = {"ratio": 1.0, "alpha": 100.0, "max_error": 10.0, "detail": 10.0, "evenness": 2.0}
 
 MORE_PRESETS = {
@@ -39,7 +41,7 @@ def _property(row: Parameter, options: set[str]) -> Any:
     """Return the Blender property of a row of the table."""
     symbol = f" Paper: {row.symbol}." if row.symbol else ""
     words: dict[str, Any] = {
-        "name": row.label,
+        "name": LABELS.get(row.name, row.label),
         "description": (row.sentence + symbol).rstrip("."),  # Blender adds the full stop
         "default": row.default,
         "options": options,
@@ -74,7 +76,10 @@ def _label(choice: str) -> str:
 
 def target_annotations(options: set[str]) -> dict[str, Any]:
     """Return the properties that say how far to go."""
-    items = tuple((row.name.upper(), row.label, row.sentence.rstrip(".")) for row in TARGETS)
+    items = tuple(
+        (row.name.upper(), LABELS.get(row.name, row.label), row.sentence.rstrip("."))
+        for row in TARGETS
+    )
     return {
         "target": EnumProperty(
             items=items, name="Target", description="What to reach", options=options
@@ -112,8 +117,9 @@ def keep_annotations(options: set[str]) -> dict[str, Any]:
         ),
         "keep_seams": BoolProperty(
             name="Keep Seams",
-            description="Seams of UV maps, edges marked as seams and borders of materials stay "
-            "as lines; without, more of the shape is kept but faces reach across",
+            description="Seams of UV maps, corner colors and custom normals, edges marked as "
+            "seams and borders of materials stay as lines; without, more of the shape is kept but "
+            "faces reach across",
             default=True,
             options=options,
         ),
@@ -122,6 +128,24 @@ def keep_annotations(options: set[str]) -> dict[str, Any]:
             description="Edges that are sharp, creased, have a bevel weight or are marked for "
             "Freestyle stay as lines; without, more of the shape is kept but such lines break up",
             default=True,
+            options=options,
+        ),
+        **_more_kept(options),
+    }
+
+
+def _more_kept(options: set[str]) -> dict[str, Any]:
+    return {
+        "keep_border": BoolProperty(
+            name="Keep Border",
+            description="Vertices on open borders neither move nor go: tiles that meet there "
+            "still meet. A target of fewer points stops at these",
+            options=options,
+        ),
+        "keep_topology": BoolProperty(
+            name="Keep Topology",
+            description="No part of the mesh goes or falls apart, no hole or handle closes. A "
+            "target of fewer points stops at the fewest with which that is so",
             options=options,
         ),
     }

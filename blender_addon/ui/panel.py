@@ -13,7 +13,7 @@ from bl_ui.utils import PresetPanel
 from ..operators import levels, live, measure, show, simplify, work
 from ..settings import properties
 from ..settings.figures import figures
-from ..settings.layout import draw_output, draw_target
+from ..settings.layout import draw_kept, draw_output, draw_target
 
 PRESETS = "salient_simplify"
 """Folder of the presets, in Blender's preset folders."""
@@ -53,6 +53,7 @@ class VIEW3D_PT_salient(_Panel, bpy.types.Panel):
         column.use_property_split = True
         column.use_property_decorate = False
         draw_output(column, settings)
+        draw_kept(column, settings)
         self._draw_protect(column, context, settings)
         _draw_figures(layout.box().column(align=True), context)
 
@@ -81,6 +82,8 @@ def _draw_figures(column: Any, context: Any) -> None:
     points = f"{after:,} of {before:,} points" if before else "No result yet"
     column.label(text=figures.title or NO_FIGURE)
     column.label(text=points)
+    faces = f"{figures.faces_after:,} of {figures.faces_before:,} triangles"
+    column.label(text=faces if figures.faces_before else NO_FIGURE)
     column.label(text=f"Rate: {1.0 - after / before:.2%} removed" if before else NO_FIGURE)
     column.label(text=f"Largest error: {length(figures.max_error)}")
     column.label(text=f"Mean error: {length(figures.mean_error)}")

@@ -63,7 +63,7 @@ def test_every_row_of_the_table_is_a_property(module):
     defaults = salcore.Parameters()
     for row in properties.ROWS:
         words = settings.bl_rna.properties[row.name]
-        assert words.name == row.label
+        assert words.name == properties.LABELS.get(row.name, row.label)
         assert row.sentence.rstrip(".") in words.description
         assert row.symbol in words.description
         assert getattr(settings, row.name) == pytest.approx(getattr(defaults, row.name))

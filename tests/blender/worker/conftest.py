@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A real child for every test, and none left afterwards."""
 
+from types import SimpleNamespace
+
 import bpy
 import pytest
 from workers import children, wait_for
@@ -32,6 +34,8 @@ def request_of(module):
             return words | sources.geometry(source)
         if task == "simplify":
             words |= {"targets": [{"ratio": ratio}], "measurable": measurable}
-        return words | sources.geometry_with_mesh(source, module("command").KEEP)
+        return words | sources.geometry_with_mesh(
+            source, SimpleNamespace(protect="", **module("command").KEEP)
+        )
 
     return make

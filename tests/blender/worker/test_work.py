@@ -182,10 +182,11 @@ def test_a_child_killed_while_idle_is_replaced(work, request_of):
 
 
 def test_mistakes_are_the_cores_sentences(work, extension):
-    scenes.torus()
+    obj = scenes.torus()
+    obj.vertex_groups.new(name="keep").add(list(range(100)), 1.0, "REPLACE")
     before = scenes.fingerprint(extension)
-    with pytest.raises(RuntimeError, match="there are 800 valid points") as caught:
-        bpy.ops.object.salient_simplify(target="COUNT", count=801)
+    with pytest.raises(RuntimeError, match="100 are protected") as caught:
+        bpy.ops.object.salient_simplify(target="COUNT", count=3, protect="keep")
     assert "Traceback" not in str(caught.value)
     assert scenes.fingerprint(extension) == before
     assert work.host.state == "idle"
