@@ -92,7 +92,7 @@ def make_parser() -> argparse.ArgumentParser:
 
 def _add(group: Any, row: Parameter) -> None:
     """Add the option of one row of the table; left out, the preset's value holds."""
-    words: dict[str, Any] = {"dest": row.name, "help": row.sentence.replace("%", "%%")}
+    words: dict[str, Any] = {"dest": row.name, "help": properties.sentence(row).replace("%", "%%")}
     if row.type is bool:
         words["action"] = argparse.BooleanOptionalAction
     elif row.type is str:

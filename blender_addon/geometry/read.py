@@ -74,6 +74,30 @@ def _transform(vectors: NDArray[np.float32], linear: Floats) -> Floats:
     return wide if np.array_equal(linear, np.eye(3)) else wide @ linear.T
 
 
+def precision_note(data: Any) -> str:
+    """Return a sentence if coordinates are too far from the origin for Blender's single precision.
+
+    Their step is compared with the mean spacing, which the bounding box and the count tell.
+    """
+    points = positions(data)
+    points = points[np.isfinite(points).all(axis=1)]
+    if len(points) < 2:
+        return ""
+    step = float(np.spacing(np.abs(points).max()))
+    extent = np.sort(np.ptp(points.astype(np.float64), axis=0))
+    spacing = float(np.sqrt(extent[1] * extent[2] / len(points)))
+    if not step > MAX_STEP * spacing > 0.0:
+        return ""
+    return (
+        f"its points lie so far from its origin that Blender holds their coordinates in steps of "
+        f"{step:.3g}, and they are about {spacing:.3g} apart; take an offset off before the import"
+    )
+
+
+MAX_STEP = 0.05
+"""Step of the coordinates, as a share of the spacing of points, up to which nothing is said."""
+
+
 def triangles(mesh: Any) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.int32]]:
     """Return the triangles of a mesh: their vertices (t, 3), corners (t, 3) and polygons (t,)."""
     vertex = attributes.topology(mesh, ".corner_vert")

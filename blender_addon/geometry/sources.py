@@ -64,6 +64,11 @@ class Source:
             raise self.problem
         if not self.count:
             raise HostError(f"{self.object.name}: has no points")
+        if not abs(self.object.matrix_world.determinant()) > 0.0:
+            raise HostError(
+                f"{self.object.name}: its scale is 0 along an axis, so it has no shape; scale it "
+                "to what it should be"
+            )
 
     def require_editable(self) -> None:
         """Raise `HostError` if the geometry must not be changed."""

@@ -8,7 +8,7 @@ from typing import Any
 
 import bpy
 
-from ..geometry import sources
+from ..geometry import read, sources
 from ..geometry.read import HostError
 from ..geometry.sources import Source
 from ..salcore import SalcoreError
@@ -160,6 +160,9 @@ class ModalOperator:
         problems = self._leave_out({k: self._problem(s) for k, s in enumerate(self._sources)})
         if not self._sources:
             raise problems[0]
+        for source in self._sources:
+            note = read.precision_note(source.data)
+            self.warn(source, [note] if note else [])
         self._task = Task(self.requests(), host)
 
     def _problem(self, source: Source) -> SalcoreError | None:

@@ -28,6 +28,8 @@ OUTPUTS = (
 )
 LABELS = {"faces": "Triangles"}
 """Names that Blender's users know, where they are not the table's."""
+LEVEL_TARGETS = ("ratio", "faces", "max_error")
+"""What levels of detail can be chosen by."""
 SOFT_MAXIMUM = {"ratio": 1.0, "alpha": 100.0, "max_error": 10.0, "detail": 10.0, "evenness": 2.0}
 
 MORE_PRESETS = {
@@ -37,12 +39,22 @@ MORE_PRESETS = {
 """Presets beside salcore's, as changes to its default."""
 
 
+def sentence(row: Parameter) -> str:
+    """Return what a row of the table means here."""
+    if row.name == "max_error":
+        return (
+            "About the fewest points whose surface is nowhere further than this from an original "
+            "point, in the scene's unit."
+        )
+    return row.sentence
+
+
 def _property(row: Parameter, options: set[str]) -> Any:
     """Return the Blender property of a row of the table."""
     symbol = f" Paper: {row.symbol}." if row.symbol else ""
     words: dict[str, Any] = {
         "name": LABELS.get(row.name, row.label),
-        "description": (row.sentence + symbol).rstrip("."),  # Blender adds the full stop
+        "description": (sentence(row) + symbol).rstrip("."),  # Blender adds the full stop
         "default": row.default,
         "options": options,
     }
@@ -56,12 +68,7 @@ def _property(row: Parameter, options: set[str]) -> Any:
     if row.name == "ratio":
         words |= {"subtype": "FACTOR", "precision": 4}
     if row.name == "max_error":
-        words |= {
-            "subtype": "DISTANCE",
-            "precision": 5,
-            "description": "About the fewest points whose surface is nowhere further than this "
-            "from an original point, in the scene's unit",
-        }
+        words |= {"subtype": "DISTANCE", "precision": 5}
     return FloatProperty(
         min=row.minimum,
         max=min(row.maximum, 1e30),
@@ -77,7 +84,7 @@ def _label(choice: str) -> str:
 def target_annotations(options: set[str]) -> dict[str, Any]:
     """Return the properties that say how far to go."""
     items = tuple(
-        (row.name.upper(), LABELS.get(row.name, row.label), row.sentence.rstrip("."))
+        (row.name.upper(), LABELS.get(row.name, row.label), sentence(row).rstrip("."))
         for row in TARGETS
     )
     return {
@@ -159,7 +166,9 @@ def output_annotations(options: set[str]) -> dict[str, Any]:
         ),
         "hide_source": BoolProperty(
             name="Hide Original",
-            description="Hide the original, and select the new object in its place",
+            description="Hide the original, in the view and when rendered, and select the new "
+            "object: they lie in one place and would flicker",
+            default=True,
             options=options,
         ),
         "measure": BoolProperty(
@@ -167,6 +176,38 @@ def output_annotations(options: set[str]) -> dict[str, Any]:
             description="Measure the exact distances from all original points to the result; on "
             "large meshes this takes a while",
             default=True,
+            options=options,
+        ),
+    }
+
+
+def level_annotations(options: set[str]) -> dict[str, Any]:
+    """Return the properties of a chain of levels of detail."""
+    rows = [row for row in TARGETS if row.name in LEVEL_TARGETS]
+    return {
+        "levels_by": EnumProperty(
+            items=tuple(
+                (row.name.upper(), LABELS.get(row.name, row.label), sentence(row).rstrip("."))
+                for row in rows
+            ),
+            name="Levels by",
+            description="What the numbers of the levels mean",
+            options=options,
+        ),
+        "ratios": StringProperty(
+            name="Levels",
+            description="A number for each level below the original: shares such as 0.5 or 50%, "
+            "numbers of triangles, or largest errors in the scene's unit",
+            default="50% 25% 10% 2%",
+            options=options,
+        ),
+        "arrange": EnumProperty(
+            items=(
+                ("STACKED", "One Visible", "All stand where the original is, which alone is shown"),
+                ("BESIDE", "Side by Side", "All are shown, one beside the other"),
+            ),
+            name="Arrange",
+            description="Where the levels stand",
             options=options,
         ),
     }
@@ -180,11 +221,7 @@ class SalientSettings(bpy.types.PropertyGroup):
         **input_annotations(set()),
         **output_annotations(set()),
         **parameter_annotations(set()),
-        "ratios": StringProperty(
-            name="Ratios",
-            description="Shares of the points to keep, one for each level of detail",
-            default="0.5 0.25 0.1 0.02",
-        ),
+        **level_annotations(set()),
     }
 
     def use_preset(self, name: str) -> None:

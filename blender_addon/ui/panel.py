@@ -105,7 +105,8 @@ class VIEW3D_PT_salient_more(_Panel, bpy.types.Panel):
             column.operator(kind.bl_idname, text=_short(kind))
         column = self.layout.column()
         column.operator(live.OBJECT_OT_salient_live.bl_idname, text="Live Simplify")
-        column.prop(context.scene.salient_simplify, "ratios")
+        for name in ("levels_by", "ratios", "arrange"):
+            column.prop(context.scene.salient_simplify, name)
         column.operator(levels.OBJECT_OT_salient_levels.bl_idname, text="Levels of Detail")
         column.operator(measure.OBJECT_OT_salient_measure.bl_idname, text="Measure Error")
 
@@ -176,8 +177,8 @@ def _short(kind: Any) -> str:
 
 
 def _draw_menu(self: Any, context: Any) -> None:
-    self.layout.separator()
     self.layout.menu("VIEW3D_MT_salient")
+    self.layout.separator()
 
 
 CLASSES: tuple[Any, ...] = (
@@ -192,7 +193,7 @@ CLASSES: tuple[Any, ...] = (
 
 def register() -> None:
     """Add the menu and the presets."""
-    bpy.types.VIEW3D_MT_object.append(_draw_menu)
+    bpy.types.VIEW3D_MT_object.prepend(_draw_menu)  # its end lies outside small windows
     bpy.utils.register_preset_path(PRESET_PATH)
 
 

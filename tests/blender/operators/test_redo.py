@@ -11,11 +11,11 @@ def test_again_with_another_ratio(scale):
     obj = scenes.points_mesh(scenes.relief())
     obj.scale = scale
     bpy.context.view_layer.update()
-    bpy.ops.object.salient_simplify(ratio=0.3)
+    bpy.ops.object.salient_simplify(hide_source=False, ratio=0.3)
     expected = scenes.positions(bpy.data.objects["points_simplified"]).copy()
     bpy.data.objects.remove(bpy.data.objects["points_simplified"])
     bpy.ops.ed.undo_push(message="start")
-    bpy.ops.object.salient_simplify("EXEC_DEFAULT", True, ratio=0.1)
+    bpy.ops.object.salient_simplify("EXEC_DEFAULT", True, hide_source=False, ratio=0.1)
     bpy.context.window_manager.operators[-1].properties.ratio = 0.3
     window = bpy.context.window_manager.windows[0]
     area = next(area for area in window.screen.areas if area.type == "VIEW_3D")

@@ -109,7 +109,7 @@ def test_the_panels_draw_what_there_is(module):
     assert drawn[:3] == ["target", "ratio", "object.salient_simplify"]
     assert "protect" not in drawn
     scenes.torus()
-    bpy.ops.object.salient_simplify(ratio=0.5)
+    bpy.ops.object.salient_simplify(hide_source=False, ratio=0.5)
     bpy.context.scene.salient_simplify.target = "MAX_ERROR"
     drawn = Shown(panel.VIEW3D_PT_salient).layout.drawn
     assert drawn[1] == "max_error"
