@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
@@ -19,6 +20,8 @@ from .work import Task
 
 TICK = 0.1
 """Seconds between two looks at the child's messages."""
+LARGE = 100_000
+"""Points of a selection up to which all is done at once when Blender repeats an operator."""
 NAVIGATION = {
     "MIDDLEMOUSE", "WHEELUPMOUSE", "WHEELDOWNMOUSE", "WHEELINMOUSE", "WHEELOUTMOUSE", "MOUSEMOVE",
     "TRACKPADPAN", "TRACKPADZOOM", "MOUSEROTATE", "NDOF_MOTION",
@@ -41,6 +44,7 @@ class ModalOperator:
     bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012 - Blender reads the class attribute
     bl_label: str
     layout: Any
+    options: Any
     properties: Any
     report: Any
     poll_message_set: Any
@@ -49,6 +53,7 @@ class ModalOperator:
     _task: Task
     _committed: bool
     _timer: Any = None
+    _points = 0
 
     @classmethod
     def poll(cls, context: Any) -> bool:
@@ -89,6 +94,17 @@ class ModalOperator:
 
     def measured(self, result: Any) -> None:
         """Take the answer to it."""
+
+    def later(self) -> Callable[[Any], None]:
+        """Return a function that takes the answer when the operator is over."""
+        raise NotImplementedError
+
+    def is_large_repeat(self) -> bool:
+        """Return whether Blender repeats the operator, with other values, on large objects.
+
+        Then it waits: what takes long is left for later.
+        """
+        return bool(self.options.is_repeat) and self._points > LARGE
 
     def conclude(self, context: Any) -> None:
         """Tell what has been done."""
@@ -153,14 +169,17 @@ class ModalOperator:
 
     def _begin(self, context: Any, host: Any) -> None:
         """Find what to work on, and make its requests."""
+        work.drop_later()
         self._committed = False
         self._sources, self._warnings = [], []
+        self._points = 0
         context.view_layer.update()  # after the undo of F9 all matrices are still the identity
         self._sources = self.find(context)
         problems = self._leave_out({k: self._problem(s) for k, s in enumerate(self._sources)})
         if not self._sources:
             raise problems[0]
         for source in self._sources:
+            self._points += source.count
             note = read.precision_note(source.data)
             self.warn(source, [note] if note else [])
         self._task = Task(self.requests(), host)
@@ -213,6 +232,9 @@ class ModalOperator:
         self._committed = True
         more = self.measuring()
         if more is None:
+            return True
+        if self.is_large_repeat():
+            work.begin_later(more, self.later())
             return True
         self._task = Task([lambda: more], self._task.host)
         return False

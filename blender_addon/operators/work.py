@@ -161,8 +161,46 @@ def settle() -> float | None:
     return 0.1 if host.state == states.STOPPING else None
 
 
+_later: list[tuple[Task, Callable[[Any], None]]] = []
+"""Work that nobody waits for, and what takes its answer; one at the most."""
+
+
+def begin_later(request: dict[str, Any], take: Callable[[Any], None]) -> None:
+    """Have the child answer a request while nobody waits, and hand its answer to `take`."""
+    drop_later()
+    task = Task([lambda: request], host)
+    if host.state != states.OFF and not task.in_process:
+        _later.append((task, take))
+        bpy.app.timers.register(look_later, first_interval=0.1)
+
+
+def look_later() -> float | None:
+    """Look for the answer that nobody waits for; for Blender's timers."""
+    if not _later:
+        return None
+    task, take = _later[0]
+    try:
+        if not task.advance():
+            return 0.1
+    except (SalcoreError, MemoryError):
+        _later.clear()
+        return None
+    _later.clear()
+    take(task.results[0])
+    return None
+
+
+def drop_later() -> None:
+    """Give up work that nobody waits for."""
+    while _later:
+        _later.pop()[0].cancel()
+    if bpy.app.timers.is_registered(look_later):
+        bpy.app.timers.unregister(look_later)
+
+
 def stop() -> None:
     """End the child, and forget what this process keeps."""
+    drop_later()
     if bpy.app.timers.is_registered(settle):
         bpy.app.timers.unregister(settle)
     host.stop()

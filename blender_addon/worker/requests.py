@@ -140,9 +140,13 @@ def _lost_faces(faces: Any, left: int, target: dict[str, float]) -> list[str]:
     return ["No face is left; keep more points"]
 
 
-def measure(*, work: Progress) -> list[dict[str, float]]:
-    """Measure the errors of the last simplifications; return "max", "mean" and "points" of each."""
-    waiting = [result for results in _unmeasured for result in results]
+def measure(*, count: int | None = None, work: Progress) -> list[dict[str, float]]:
+    """Measure the errors of the last simplifications, all or `count` requests of them.
+
+    Returns "max", "mean" and "points" of each.
+    """
+    chosen = _unmeasured if count is None else _unmeasured[len(_unmeasured) - count :]
+    waiting = [result for results in chosen for result in results]
     found = []
     for k, result in enumerate(waiting):
         errors = result.measure(work.portion(k / len(waiting), (k + 1) / len(waiting))).surface

@@ -1,24 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A real child for every test, and none left afterwards."""
+"""Requests about the active object."""
 
 from types import SimpleNamespace
 
 import bpy
 import pytest
-from workers import children, wait_for
-
-
-@pytest.fixture
-def work(module):
-    """Return the add-on's module of work, with a child that is ready."""
-    found = module("operators.work")
-    found.stop()
-    assert children() == []
-    found.host.start()
-    wait_for(found.host, "idle")
-    yield found
-    found.stop()
-    assert children() == []
 
 
 @pytest.fixture

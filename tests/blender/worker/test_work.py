@@ -82,8 +82,9 @@ def test_several_requests_in_a_row_and_their_errors(work, request_of, module):
         words = salcore.Parameters(error_unit="length")
         arrays = module("geometry.read").mesh_arrays(obj.data)
         seams = module("geometry.topology").kept_lines(arrays, seams=True, sharp=True)
+        uv = arrays.layers(split=False)
         analysis = salcore.analyze(points, faces[0], parameters=words)
-        report = analysis.simplify(seams=seams, **request["targets"][0]).report
+        report = analysis.simplify(seams=seams, corner_values=uv, **request["targets"][0]).report
         assert error["max"] == report.errors.surface.max
         assert error["points"] == 800
 
