@@ -18,6 +18,7 @@ from .cuts import Cuts
 from .decimation.costs import FLAT_EVENNESS, Weights
 from .decimation.cut import Ranking, input_ranking
 from .decimation.order import Elimination, eliminate
+from .decimation.samples import Samples
 from .decimation.surface import GUESSED_BORDER, elimination_surface
 from .decimation.targets import one_target
 from .input.constraints import Constraints, fingerprint
@@ -27,6 +28,8 @@ from .method.graph import Graph
 from .method.interest import boundary_extremities, select
 from .method.regions import Regions, build_regions
 from .method.saliency import Saliency
+from .method.scales import ScaleSpace, build_scales
+from .method.segmentation import RegionTable, describe_regions, segment
 from .parameters import Parameters
 from .progress import Callback, Progress
 from .simplification import Simplification
@@ -71,7 +74,25 @@ class Analysis:
     _order: _Order = field(init=False, default_factory=_Order, repr=False)
 
     @cached_property
+    def scales(self) -> ScaleSpace:
+        return self._build_scales(Progress())
+
+    def _build_scales(self, work: Progress) -> ScaleSpace:
+        with set_workers(self.parameters.workers):
+            return build_scales(
+                self.geometry, self.graph, self.frames, self.saliency_map, self.parameters, work
+            )
+
+    @cached_property
     def segmentation(self) -> Regions:
+        return self._build_segmentation(Progress())
+
+    def _build_segmentation(self, work: Progress) -> Regions:
+        with set_workers(self.parameters.workers):
+            return segment(self.geometry, self.graph, self.scales, self.parameters, work)
+
+    @cached_property
+    def components(self) -> Regions:
         with set_workers(self.parameters.workers):
             return build_regions(
                 self.geometry, self.graph, self.saliency_map.scaled, self.parameters.tolerance
@@ -80,17 +101,27 @@ class Analysis:
     @cached_property
     def extremities(self) -> Mask:
         angle = self.parameters.collinear_angle
-        return boundary_extremities(self.geometry.points, self.segmentation, angle)
+        return boundary_extremities(self.geometry.points, self.components, angle)
+
+    @cached_property
+    def _samples(self) -> Samples:
+        """The mesh's vertices as samples of its surface, none of them assigned."""
+        return Samples.of_vertices(self.geometry.points, self.geometry.faces)
 
     @property
     def saliency(self) -> Floats:
         """(N,) float64 in [0, 1] over all input points, high = salient; 0 for dropped points."""
-        return self._of_input(self.saliency_map.scaled, 0.0)
+        return self._of_input(self.scales.scaled, 0.0)
 
     @property
     def regions(self) -> NDArray[np.int64]:
         """(N,) int64 region of every input point, numbered from 0; -1 for dropped points."""
         return self._of_input(self.segmentation.labels, -1).astype(np.int64)
+
+    @cached_property
+    def region_table(self) -> RegionTable:
+        """The regions, the most salient first: area, saliency, centre and bounding box of each."""
+        return describe_regions(self.geometry, self.graph, self.segmentation, self.scales.scaled)
 
     @property
     def normals(self) -> Floats:
@@ -202,7 +233,14 @@ class Analysis:
             if name == "alpha":
                 return self._by_threshold(value, constraints, begun, work)
             elimination = self._eliminate(constraints, work.part(0.0, 0.9))
-            cuts = Cuts(self.geometry, elimination, constraints, self.parameters, self._result)
+            cuts = Cuts(
+                self.geometry,
+                elimination,
+                constraints,
+                self.parameters,
+                self._samples,
+                self._result,
+            )
             count, notes = cuts.find_count(name, value, work.part(0.9, 1.0))
             work.part(1.0, 1.0, "Cut")
             return cuts.simplify(count, begun, notes)
@@ -272,7 +310,7 @@ class Analysis:
             self.geometry,
             self.graph,
             self.saliency_map.scaled,
-            self.segmentation,
+            self.components,
             keep,
             alpha,
             self.parameters,
@@ -280,14 +318,13 @@ class Analysis:
         )
         part(1.0)
         kept = np.flatnonzero(interest.kept)
-        regions = self.segmentation.count
         return self._result(
             kept,
             source,
             begun,
             protected=constraints.protected_points,
             interest=interest,
-            regions=regions,
+            regions=self.components.count,
         )
 
     def _eliminate(self, constraints: Constraints, work: Progress) -> Elimination:

@@ -84,7 +84,7 @@ def analyze(
         part = work.part(0.65, 0.8, "Normals")
         frames = build_frames(geometry, graph, parameters, part)
         part = work.part(0.8, 1.0, "Saliency")
-        saliency = build_saliency(geometry, graph, frames, parameters, part)
+        saliency = build_saliency(geometry.points, graph, frames, parameters, part)
         part(1.0)
     return Analysis(geometry, graph, frames, saliency, parameters, time.perf_counter() - begun)
 

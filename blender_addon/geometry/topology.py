@@ -290,8 +290,8 @@ def _corner_source(mesh: MeshArrays, result: Simplification) -> Ints:
     """Return the old corner (k, 3), among those of the triangles, for each new one."""
     if mesh.corner_values and result.face_corners is not None:
         return result.face_corners
-    assert result.face_source is not None
-    return 3 * result.face_source[:, None] + np.arange(3)
+    assert result.corner_origin is not None
+    return result.corner_origin
 
 
 def _ranges(starts: Ints, sizes: Ints) -> Ints:

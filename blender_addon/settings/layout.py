@@ -16,6 +16,7 @@ def draw_target(layout: Any, settings: Any) -> None:
 
 def draw_output(layout: Any, settings: Any) -> None:
     """Draw what is taken and where the result goes."""
+    layout.prop(settings, "placement", expand=True)
     layout.prop(settings, "source")
     layout.prop(settings, "output")
     if settings.output == "NEW":

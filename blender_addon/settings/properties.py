@@ -28,6 +28,8 @@ OUTPUTS = (
 )
 LABELS = {"faces": "Triangles"}
 """Names that Blender's users know, where they are not the table's."""
+DEFAULTS = {"placement": "optimal"}
+"""Defaults that are others than the table's: in Blender a mesh is to look like the original."""
 LEVEL_TARGETS = ("ratio", "faces", "max_error")
 """What levels of detail can be chosen by."""
 SOFT_MAXIMUM = {"ratio": 1.0, "alpha": 100.0, "max_error": 10.0, "detail": 10.0, "evenness": 2.0}
@@ -41,6 +43,11 @@ MORE_PRESETS = {
 
 def sentence(row: Parameter) -> str:
     """Return what a row of the table means here."""
+    if row.name == "placement":
+        return (
+            "Kept vertices of a mesh move to where the error is least (optimal), or stay original "
+            "points (original); points of clouds always stay."
+        )
     if row.name == "max_error":
         return (
             "About the fewest points whose surface is nowhere further than this from an original "
@@ -55,7 +62,7 @@ def _property(row: Parameter, options: set[str]) -> Any:
     words: dict[str, Any] = {
         "name": LABELS.get(row.name, row.label),
         "description": (sentence(row) + symbol).rstrip("."),  # Blender adds the full stop
-        "default": row.default,
+        "default": DEFAULTS.get(row.name, row.default),
         "options": options,
     }
     if row.type is bool:
@@ -234,8 +241,13 @@ class SalientSettings(bpy.types.PropertyGroup):
 def preset(name: str) -> Parameters:
     """Return the parameters of a preset: salcore's own, or one of `MORE_PRESETS`."""
     if name in PRESETS:
-        return Parameters.preset(name)
-    return dataclasses.replace(Parameters(), **MORE_PRESETS[name])
+        return dataclasses.replace(Parameters.preset(name), **_defaults(name))
+    return dataclasses.replace(Parameters(), **DEFAULTS, **MORE_PRESETS[name])
+
+
+def _defaults(name: str) -> dict[str, Any]:
+    """Return Blender's defaults, which the paper's preset does not have."""
+    return {} if name == "paper" else DEFAULTS
 
 
 def parameters(settings: Any) -> Parameters:

@@ -10,5 +10,10 @@ legality            which collapses a surface can bear
 order               the rounds of collapses: rank, parent and error of every vertex
 cut                 what a count keeps, and what stands for the rest
 targets             what a caller asks for, as a count
+wedge_collapses     where the values of corners go
+refine, flips       edges of a cut are flipped to where its original lies
+samples             the original as samples, and the face of a cut that each is nearest to
+kept_points         the kept vertices in the input's own numbers
+normal_transfer     the original's normals for a light mesh
 attribute_transfer  where corners and edges of the result take their values from
 """

@@ -76,13 +76,23 @@ def cut_faces(faces: Indices, source: Indices) -> tuple[Indices, Indices]:
     return corners, left
 
 
+def wedges_of_cut(
+    elimination: Elimination, constraints: Constraints, count: int, origin: Indices
+) -> Indices | None:
+    """Return the wedges (k, 3) of the corners of a cut, by those they come from, or None."""
+    wedges, parent = constraints.wedges, elimination.wedge_parent
+    if wedges is None or parent is None:
+        return None
+    last = last_wedges(wedges, parent, elimination.rank < count)
+    return last[wedges.corners.ravel()[origin]]
+
+
 def corners_of_cut(
     geometry: Geometry,
     elimination: Elimination,
     constraints: Constraints,
     count: int,
-    faces: Indices,
-    left: Indices,
+    origin: Indices,
 ) -> tuple[Indices | None, Indices | None]:
     """Return where the corners of a cut take their values from, and the heirs of split points.
 
@@ -93,10 +103,8 @@ def corners_of_cut(
     constraints : Constraints
     count : int
         Ranks that are kept.
-    faces : (k, 3) intp
-        Faces of the cut, over vertices.
-    left : (k,) intp
-        Clean face that each comes from.
+    origin : (k, 3) intp
+        Corner of the clean faces that each corner comes from.
 
     Returns
     -------
@@ -115,7 +123,7 @@ def corners_of_cut(
     if layers:
         rows = [wedges.values[wedges.corners.ravel()], *(layer.scaled() for layer in layers)]
         charts = np.hstack(rows).reshape(len(geometry.faces), 3, -1)
-    corners = corner_sources(wedges.corners, last[wedges.corners[left]], left, charts)
+    corners = corner_sources(wedges.corners, last[wedges.corners.ravel()[origin]], origin, charts)
     heirs = np.full(geometry.input_count, -1, dtype=np.intp)
     if geometry.corner_points is not None:
         point = np.empty(len(last), dtype=np.intp)
@@ -250,7 +258,8 @@ def input_ranking(
     parent[order[:1]] = order[:1]
     generations = _last_ancestors(parent)[1]
     parent[order[:1]] = -1
-    least = max(constraints.least_count, 1)
+    least = max(held, 1)
     if constraints.keep_topology:
-        least = max(least, elimination.topology_count + constraints.protected_copies)
+        least = max(least, elimination.topology_count)
+    least += constraints.protected_copies
     return Ranking(rank, parent, generations, least)

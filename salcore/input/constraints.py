@@ -99,8 +99,8 @@ class Constraints:
 
     @property
     def least_count(self) -> int:
-        """Number of points that never go; equal ones that faces use count once."""
-        return int(self.staying.sum()) + self.protected_copies
+        """Number of points that are protected; equal ones that faces use count once."""
+        return int(self.protect.sum()) + self.protected_copies
 
     @property
     def notes(self) -> list[str]:

@@ -16,7 +16,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from ..arrays.edges import Edges, find_edges
+from ..arrays.edges import pairs_at_edges
 from ..arrays.types import Floats, Indices, Integers, Ints, Mask
 from ..arrays.vectors import dot
 from .geometry import Geometry
@@ -90,7 +90,7 @@ def build_wedges(geometry: Geometry, layers: list[Layer]) -> Wedges | None:
     if not np.any(divided):
         return None
     near = np.flatnonzero(np.any(divided, axis=0)[faces].any(axis=1))
-    edges, edge, low, high = _pairs_at_edges(faces, near, count)
+    edges, edge, low, high = pairs_at_edges(faces, near, count)
     apart_low, apart_high, seam = np.zeros((3, len(edge)), dtype=bool)
     most = MAX_SEAMS * EDGES_PER_FACE * len(faces)
     used: list[int] = []
@@ -117,29 +117,6 @@ def build_wedges(geometry: Geometry, layers: list[Layer]) -> Wedges | None:
         np.column_stack([edges.low[chosen], edges.high[chosen]]),
         tuple(number for number in range(len(layers)) if number not in used),
     )
-
-
-def _pairs_at_edges(
-    faces: Indices, chosen: Indices, count: int
-) -> tuple[Edges, Indices, Indices, Indices]:
-    """Return the edges of chosen faces, and the pairs of these at an edge.
-
-    Returns
-    -------
-    edges : Edges
-    edge : (p,) intp
-    low, high : (2, p) intp
-        Corners of both faces at the ends of the edge.
-    """
-    edges = find_edges(faces[chosen], count)
-    corner, place = np.divmod(edges.sides, max(len(chosen), 1))
-    face = chosen[place]
-    start, end = 3 * face + corner, 3 * face + (corner + 1) % 3
-    low, high = np.where(edges.forward[edges.sides], (start, end), (end, start))
-    edge = np.repeat(np.arange(len(edges.uses)), edges.uses)
-    pair = np.flatnonzero(edge[1:] == edge[:-1])
-    sides = np.stack([pair, pair + 1])
-    return edges, edge[pair], low[sides], high[sides]
 
 
 def _number_wedges(vertex: Indices, together: Indices, several: Mask) -> tuple[Ints, Ints]:

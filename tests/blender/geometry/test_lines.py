@@ -49,13 +49,17 @@ def test_at_five_per_cent_a_marked_line_is_whole(mark):
         pytest.skip("Freestyle marks are no attribute before Blender 5.0")
     obj = sheet(mark, MARKS[mark])
     switch = {"keep_seams": False} if mark == "uv_seam" else {"keep_sharp": False}
-    bpy.ops.object.salient_simplify(hide_source=False, ratio=0.05, measure=False)
+    bpy.ops.object.salient_simplify(
+        hide_source=False, placement="original", ratio=0.05, measure=False
+    )
     kept = bpy.data.objects["Grid_simplified"]
     length, inside = line_of(kept, mark)
     assert inside
     assert length == pytest.approx(2.0, rel=1e-4)
     bpy.data.objects.remove(kept)
-    bpy.ops.object.salient_simplify(hide_source=False, ratio=0.05, measure=False, **switch)
+    bpy.ops.object.salient_simplify(
+        hide_source=False, placement="original", ratio=0.05, measure=False, **switch
+    )
     length, _ = line_of(bpy.data.objects["Grid_simplified"], mark)
     assert length < 1.9
     assert line_of(obj, mark)[0] == pytest.approx(2.0, rel=1e-4)
@@ -63,7 +67,9 @@ def test_at_five_per_cent_a_marked_line_is_whole(mark):
 
 def test_values_of_creases_go_along():
     sheet("crease_edge", "FLOAT")
-    bpy.ops.object.salient_simplify(hide_source=False, ratio=0.05, measure=False)
+    bpy.ops.object.salient_simplify(
+        hide_source=False, placement="original", ratio=0.05, measure=False
+    )
     values = {
         item.value
         for item in bpy.data.objects["Grid_simplified"].data.attributes["crease_edge"].data

@@ -23,7 +23,9 @@ def grid_of(size, x0=0.0):
 
 
 def simplified(obj, **options):
-    assert bpy.ops.object.salient_simplify(**{"hide_source": False} | options) == {"FINISHED"}
+    assert bpy.ops.object.salient_simplify(
+        **{"hide_source": False, "placement": "original"} | options
+    ) == {"FINISHED"}
     return bpy.data.objects[obj.name + "_simplified"]
 
 
@@ -162,9 +164,9 @@ def test_tiles_still_meet_with_keep_border():
         points[:, 2] = 2 * np.sin(points[:, 0] / 3) * np.cos(points[:, 1] / 4)
         tiles.append(mesh_of(points, quads, f"tile{k}"))
     scenes.select(*tiles)
-    assert bpy.ops.object.salient_simplify(hide_source=False, ratio=0.3, keep_border=True) == {
-        "FINISHED"
-    }
+    assert bpy.ops.object.salient_simplify(
+        hide_source=False, placement="original", ratio=0.3, keep_border=True
+    ) == {"FINISHED"}
     for tile in tiles:
         before, after = (
             scenes.positions(tile),
@@ -218,7 +220,10 @@ def reports(capfd, call):
 
 def test_what_had_to_be_given_up_is_a_warning(capfd):
     obj = leaves()
-    told = reports(capfd, lambda: bpy.ops.object.salient_simplify(hide_source=False, ratio=0.1))
+    told = reports(
+        capfd,
+        lambda: bpy.ops.object.salient_simplify(hide_source=False, placement="original", ratio=0.1),
+    )
     assert told
     assert all(line.startswith(f"{obj.name}: ") for line in told)
     assert any("parts" in line for line in told)
@@ -226,7 +231,9 @@ def test_what_had_to_be_given_up_is_a_warning(capfd):
     bpy.data.objects.remove(bpy.data.objects["tree_simplified"])
     told = reports(
         capfd,
-        lambda: bpy.ops.object.salient_simplify(hide_source=False, ratio=0.1, keep_topology=True),
+        lambda: bpy.ops.object.salient_simplify(
+            hide_source=False, placement="original", ratio=0.1, keep_topology=True
+        ),
     )
     assert len(bpy.data.objects["tree_simplified"].data.vertices) > 0.3 * len(obj.data.vertices)
     assert told
@@ -235,23 +242,33 @@ def test_what_had_to_be_given_up_is_a_warning(capfd):
 def test_alpha_on_a_mesh_and_too_few_points_are_said(capfd):
     block()
     told = reports(
-        capfd, lambda: bpy.ops.object.salient_simplify(hide_source=False, target="ALPHA", alpha=5.0)
+        capfd,
+        lambda: bpy.ops.object.salient_simplify(
+            hide_source=False, placement="original", target="ALPHA", alpha=5.0
+        ),
     )
     assert any("gives points, and no faces" in line for line in told)
     told = reports(
-        capfd, lambda: bpy.ops.object.salient_simplify(hide_source=False, target="COUNT", count=2)
+        capfd,
+        lambda: bpy.ops.object.salient_simplify(
+            hide_source=False, placement="original", target="COUNT", count=2
+        ),
     )
     assert any("No face is left" in line or "face" in line for line in told)
     told = reports(
         capfd,
-        lambda: bpy.ops.object.salient_simplify(hide_source=False, target="COUNT", count=10**6),
+        lambda: bpy.ops.object.salient_simplify(
+            hide_source=False, placement="original", target="COUNT", count=10**6
+        ),
     )
     assert any("fewer than asked for" in line for line in told)
 
 
 def test_measuring_can_be_left_out():
     block()
-    bpy.ops.object.salient_simplify(hide_source=False, ratio=0.1, measure=False)
+    bpy.ops.object.salient_simplify(
+        hide_source=False, placement="original", ratio=0.1, measure=False
+    )
     assert not figures().measured
     assert figures().points_after > 0
 
@@ -263,7 +280,10 @@ def test_one_bad_object_does_not_spoil_a_selection(capfd):
     broken.name = "broken"
     scenes.select(good, small, empty, broken)
     told = reports(
-        capfd, lambda: bpy.ops.object.salient_simplify(hide_source=False, target="COUNT", count=100)
+        capfd,
+        lambda: bpy.ops.object.salient_simplify(
+            hide_source=False, placement="original", target="COUNT", count=100
+        ),
     )
     assert any(line.startswith("empty is left out: has no points") for line in told)
     assert any(line.startswith("broken is left out: ") for line in told)
@@ -271,7 +291,9 @@ def test_one_bad_object_does_not_spoil_a_selection(capfd):
     assert made == {"Torus_simplified": 100, "points_simplified": 40}
     scenes.select(empty)
     with pytest.raises(RuntimeError, match="empty: has no points"):
-        bpy.ops.object.salient_simplify(hide_source=False, target="COUNT", count=100)
+        bpy.ops.object.salient_simplify(
+            hide_source=False, placement="original", target="COUNT", count=100
+        )
 
 
 def test_a_scale_of_0_is_refused():

@@ -39,7 +39,7 @@ def test_points(module, make):
         slide(module, obj, ratio)
         there = points_of(evaluated(obj).data)
         assert len(there) == max(round(600 * ratio), 1)
-    bpy.ops.object.salient_simplify(hide_source=False, ratio=0.1)
+    bpy.ops.object.salient_simplify(hide_source=False, placement="original", ratio=0.1)
     (result,) = (other for other in bpy.data.objects if other.name.endswith("_simplified"))
     slide(module, obj, 0.1)
     assert points_of(evaluated(obj).data) == points_of(result.data)
@@ -60,7 +60,7 @@ def test_meshes(module):
         slide(module, obj, ratio)
         live = evaluated(obj).data
         live.update()
-        bpy.ops.object.salient_simplify(hide_source=False, ratio=ratio)
+        bpy.ops.object.salient_simplify(hide_source=False, placement="original", ratio=ratio)
         result = bpy.data.objects["Torus_simplified"]
         assert points_of(live) == points_of(result.data)
         assert faces_of(live) == faces_of(result.data)
@@ -111,7 +111,7 @@ def test_a_scan(module):
     scenes.select(obj)
     bpy.ops.object.salient_live(ratio=0.1)
     live = evaluated(obj).data
-    bpy.ops.object.salient_simplify(hide_source=False, ratio=0.1)
+    bpy.ops.object.salient_simplify(hide_source=False, placement="original", ratio=0.1)
     result = bpy.data.objects[obj.name + "_simplified"]
     assert points_of(live) >= points_of(result.data)
     assert abs(len(live.polygons) - len(result.data.polygons)) <= 0.01 * len(result.data.polygons)
@@ -272,7 +272,7 @@ def compare_cuts(module, obj):
     for ratio in (0.5, 0.1, 0.02):
         slide(module, obj, ratio)
         live = points_of(evaluated(obj).data)
-        bpy.ops.object.salient_simplify(hide_source=False, ratio=ratio)
+        bpy.ops.object.salient_simplify(hide_source=False, placement="original", ratio=ratio)
         result = bpy.data.objects[obj.name + "_simplified"]
         assert live == points_of(result.data)
         bpy.data.objects.remove(result)

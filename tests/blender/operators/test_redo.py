@@ -22,11 +22,13 @@ def test_again_with_another_ratio(scale):
     obj = scenes.points_mesh(scenes.relief())
     obj.scale = scale
     bpy.context.view_layer.update()
-    bpy.ops.object.salient_simplify(hide_source=False, ratio=0.3)
+    bpy.ops.object.salient_simplify(hide_source=False, placement="original", ratio=0.3)
     expected = scenes.positions(bpy.data.objects["points_simplified"]).copy()
     bpy.data.objects.remove(bpy.data.objects["points_simplified"])
     bpy.ops.ed.undo_push(message="start")
-    bpy.ops.object.salient_simplify("EXEC_DEFAULT", True, hide_source=False, ratio=0.1)
+    bpy.ops.object.salient_simplify(
+        "EXEC_DEFAULT", True, hide_source=False, placement="original", ratio=0.1
+    )
     redo(ratio=0.3)
     result = bpy.data.objects["points_simplified"]
     assert len(bpy.data.objects) == 2

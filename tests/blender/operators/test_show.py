@@ -94,7 +94,9 @@ def test_interest_points():
     obj = cube()
     bpy.ops.object.salient_show_interest(alpha=5.0)
     few = values(obj, "interest_point").copy()
-    bpy.ops.object.salient_simplify(hide_source=False, target="ALPHA", alpha=5.0)
+    bpy.ops.object.salient_simplify(
+        hide_source=False, placement="original", target="ALPHA", alpha=5.0
+    )
     (result,) = (other for other in bpy.data.objects if other is not obj)
     assert few.sum() == len(result.data.vertices)
     bpy.ops.object.salient_show_interest(alpha=0.0)
@@ -129,7 +131,7 @@ def test_points_are_shown_at_once(make, task):
     if obj.type == "MESH":
         assert len(parts.mesh.vertices) == 400
         assert bpy.ops.object.salient_simplify(
-            hide_source=False, ratio=0.5, source="EVALUATED"
+            hide_source=False, placement="original", ratio=0.5, source="EVALUATED"
         ) == {"FINISHED"}
         assert len(bpy.data.objects["points_simplified"].data.vertices) == 200
 

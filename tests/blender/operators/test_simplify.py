@@ -20,7 +20,9 @@ def new_objects(operator, **options):
 
 
 def simplify(**options):
-    return new_objects(bpy.ops.object.salient_simplify, **{"hide_source": False} | options)
+    return new_objects(
+        bpy.ops.object.salient_simplify, **{"hide_source": False, "placement": "original"} | options
+    )
 
 
 def count(obj):
