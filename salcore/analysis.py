@@ -178,7 +178,8 @@ class Analysis:
         corner_normals : (F, 3, 3) array_like, optional
             One more layer: normals of the corners, which differ from 10 degrees on.
         keep_seams : bool
-            False lets seams go like other edges; values still keep to their charts where they can.
+            False lets the seams of values go like other edges, but not those of `seams`; values
+            still keep to their charts where they can.
         keep_border : bool
             Points on the border of a mesh, where edges have one face, neither move nor go: tiles
             that meet there still meet. A target of fewer points stops at these.

@@ -95,10 +95,8 @@ class Constraints:
         layers = read_layers(geometry, corner_values, corner_normals, points)
         wedges = build_wedges(geometry, layers)
         lines = _edges(geometry, seams)
-        if wedges is not None:
+        if wedges is not None and keep_seams:
             lines = np.concatenate([lines, wedges.seams])
-        if not keep_seams:
-            lines = lines[:0]
         border = border_vertices(geometry) if keep_border else None
         return cls(
             protected,
