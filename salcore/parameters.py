@@ -185,13 +185,13 @@ class Parameters:
         sentence="Regions of like saliency that a border is worth (islands: eyes, mouth, hair), "
         "regions that ridges of saliency enclose (basins: the faces of a part), or connected "
         "points of like saliency (components, as published).")
-    region_contrast: float = _row("Regions", 0.3, "Contrast of islands", minimum=0.0, maximum=1.0,
+    region_contrast: float = _row("Regions", 0.25, "Contrast of islands", minimum=0.0, maximum=1.0,
         sentence="Difference in saliency from which an island of their size stands apart.")
-    region_size: float = _row("Regions", 2.0, "Size of islands", minimum=0.0, maximum=100.0,
+    region_size: float = _row("Regions", 1.0, "Size of islands", minimum=0.0, maximum=100.0,
         unit="%",
         sentence="Size, in per cent of the diagonal, from which an island of their contrast stands "
         "apart.")
-    persistence: float = _row("Regions", 0.15, "Depth of basins", minimum=0.0, maximum=1.0,
+    persistence: float = _row("Regions", 0.17, "Depth of basins", minimum=0.0, maximum=1.0,
         sentence="Depth in saliency from which a basin stays apart.")
     tolerance: float = _row("Regions", 0.08, "Tolerance", paper=0.00874, minimum=0.0, maximum=1.0,
         symbol="σ (4.1)",
