@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -13,12 +14,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from .arrays.blocks import set_workers
 from .arrays.types import Floats, Indices, Mask
-from .decimation.costs import Weights
-from .decimation.cut import Ranking, cut_faces, input_ranking, living_ancestors, optimal_positions
+from .cuts import Cuts
+from .decimation.costs import FLAT_EVENNESS, Weights
+from .decimation.cut import Ranking, input_ranking
 from .decimation.order import Elimination, eliminate
+from .decimation.samples import Samples
 from .decimation.surface import GUESSED_BORDER, elimination_surface
-from .decimation.targets import count_for, count_within, one_target
-from .input.constraints import Constraints
+from .decimation.targets import one_target
+from .input.constraints import Constraints, fingerprint
 from .input.geometry import Geometry
 from .method.frames import Frames
 from .method.graph import Graph
@@ -34,9 +37,10 @@ from .simplification import Simplification
 
 @dataclass(eq=False)
 class _Order:
-    """The last order of elimination, and what it was made for."""
+    """The last constraints, by their fingerprint, and the order of elimination under them."""
 
-    key: tuple[bytes, ...] = ()
+    key: bytes = b""
+    constraints: Constraints | None = None
     elimination: Elimination | None = None
 
 
@@ -99,6 +103,11 @@ class Analysis:
         angle = self.parameters.collinear_angle
         return boundary_extremities(self.geometry.points, self.components, angle)
 
+    @cached_property
+    def _samples(self) -> Samples:
+        """The mesh's vertices as samples of its surface, none of them assigned."""
+        return Samples.of_vertices(self.geometry.points, self.geometry.faces)
+
     @property
     def saliency(self) -> Floats:
         """(N,) float64 in [0, 1] over all input points, high = salient; 0 for dropped points."""
@@ -130,6 +139,11 @@ class Analysis:
         protect: ArrayLike | None = None,
         importance: ArrayLike | None = None,
         seams: ArrayLike | None = None,
+        corner_values: ArrayLike | Sequence[ArrayLike] | None = None,
+        corner_normals: ArrayLike | None = None,
+        keep_seams: bool = True,
+        keep_border: bool = False,
+        keep_topology: bool = False,
         progress: Callback | None = None,
         **target: float | None,
     ) -> Simplification:
@@ -138,21 +152,38 @@ class Analysis:
         Parameters
         ----------
         ratio : float
-            Share of the valid input points to keep, exact to the point.
+            Share of the valid input points to keep, exact to the point. On a mesh equal points
+            count once: one place may need several, for its corners' values.
         count : int
-            Number of points to keep, exact.
+            Number of points to keep, exact, counted likewise.
+        faces : int
+            Number of faces of a mesh to keep, or the nearest below that points make.
         max_error : float
             Largest distance from an input point to the simplified surface, as the report measures
             it: a share of the diagonal, or a length with ``error_unit="length"``.
         alpha : float
             Threshold α of (4.7), in per cent, at least 0: more keeps fewer points.
         protect : (N,) array_like of bool, optional
-            Points that are never removed.
+            Points that are never removed; one that equals another counts for itself.
         importance : (N,) array_like of float, optional
             At least 0; a point's removal costs 1 + importance times as much.
         seams : (S, 2) array_like of int, optional
-            Edges of a mesh that stay as lines, such as `find_seams` finds in texture coordinates;
-            a threshold α does not look at them.
+            Further edges of a mesh that stay as lines; a threshold α does not look at them.
+        corner_values : (F, 3, d) array_like, or a list of such arrays, optional
+            Values of the corners of all faces, one array a layer: texture coordinates, colours,
+            a material's number. Edges on whose two sides a layer differs are seams, which stay as
+            lines; no value goes over from one chart to another (`Simplification.face_corners`).
+            Without layers, equal points are told apart: files split them along seams.
+        corner_normals : (F, 3, 3) array_like, optional
+            One more layer: normals of the corners, which differ from 10 degrees on.
+        keep_seams : bool
+            False lets seams go like other edges; values still keep to their charts where they can.
+        keep_border : bool
+            Points on the border of a mesh, where edges have one face, neither move nor go: tiles
+            that meet there still meet. A target of fewer points stops at these.
+        keep_topology : bool
+            No part of a mesh goes or falls apart, no hole or handle closes. A target of fewer
+            points stops at the fewest with which that is so.
         progress : callable, optional
             Called with stage and fraction; returning False cancels.
 
@@ -161,14 +192,15 @@ class Analysis:
         ParameterError
             If not exactly one target is given, or it is out of bounds.
         GeometryError
-            If `protect` or `importance` is not one value a point, or `seams` are no edges.
+            If `protect` or `importance` is not one value a point, `seams` are no edges, or values
+            of corners are not for all corners.
         Cancelled
             If `progress` returned False.
 
         Notes
         -----
-        The order of elimination is worked out once and kept, unless `protect`, `importance` or
-        `seams` change; every further count is a cut through it, in O(n).
+        The order of elimination is worked out once and kept, unless what is given besides the
+        target changes; every further count is a cut through it, in O(n).
 
         Results depend on nothing but the input. The order of its points decides ties: which points
         a coverage guard adds (`Parameters.max_gap`), and a lattice's diagonals.
@@ -185,20 +217,32 @@ class Analysis:
         """
         name, value = one_target(target)
         begun = time.perf_counter()
-        constraints = Constraints.check(self.geometry, protect, importance, seams)
+        constraints = self._constrain(
+            protect=protect,
+            importance=importance,
+            seams=seams,
+            corner_values=corner_values,
+            corner_normals=corner_normals,
+            keep_seams=keep_seams,
+            keep_border=keep_border,
+            keep_topology=keep_topology,
+        )
         work = Progress(progress)
         with set_workers(self.parameters.workers):
             if name == "alpha":
-                return self._by_threshold(value, constraints.protect, begun, work)
+                return self._by_threshold(value, constraints, begun, work)
             elimination = self._eliminate(constraints, work.part(0.0, 0.9))
-            available = int(np.count_nonzero(self.geometry.vertex_of >= 0))
-            protected = int(constraints.protect.sum())
-            if name == "max_error":
-                count = self._within_error(elimination, value, protected, work.part(0.9, 1.0))
-            else:
-                count = count_for(name, value, available, protected)
+            cuts = Cuts(
+                self.geometry,
+                elimination,
+                constraints,
+                self.parameters,
+                self._samples,
+                self._result,
+            )
+            count, notes = cuts.find_count(name, value, work.part(0.9, 1.0))
             work.part(1.0, 1.0, "Cut")
-            return self._cut(elimination, count, begun)
+            return cuts.simplify(count, begun, notes)
 
     def ranking(
         self,
@@ -206,14 +250,21 @@ class Analysis:
         protect: ArrayLike | None = None,
         importance: ArrayLike | None = None,
         seams: ArrayLike | None = None,
+        corner_values: ArrayLike | Sequence[ArrayLike] | None = None,
+        corner_normals: ArrayLike | None = None,
+        keep_seams: bool = True,
+        keep_border: bool = False,
+        keep_topology: bool = False,
         progress: Callback | None = None,
     ) -> Ranking:
         """Return the order in which input points go, for any number kept.
 
         Parameters
         ----------
-        protect, importance, seams, progress
+        protect, importance, seams, corner_values, corner_normals, keep_seams, progress
             As in `simplify`.
+        keep_border, keep_topology
+            As in `simplify`; the host keeps to `Ranking.least`.
 
         Examples
         --------
@@ -223,19 +274,36 @@ class Analysis:
         >>> bool((kept == analysis.simplify(count=50).indices).all())
         True
         """
-        constraints = Constraints.check(self.geometry, protect, importance, seams)
+        constraints = self._constrain(
+            protect=protect,
+            importance=importance,
+            seams=seams,
+            corner_values=corner_values,
+            corner_normals=corner_normals,
+            keep_seams=keep_seams,
+            keep_border=keep_border,
+            keep_topology=keep_topology,
+        )
         work = Progress(progress)
         with set_workers(self.parameters.workers):
             elimination = self._eliminate(constraints, work.part(0.0, 0.9))
         work.part(1.0, 1.0, "Ranking")
-        return input_ranking(self.geometry, elimination)
+        return input_ranking(self.geometry, elimination, constraints)
+
+    def _constrain(self, **given: Any) -> Constraints:
+        """Return the constraints that are given, the last ones if these were given alike."""
+        key = fingerprint(**given)
+        if self._order.constraints is None or self._order.key != key:
+            self._order.constraints = Constraints.check(self.geometry, **given)
+            self._order.key, self._order.elimination = key, None
+        return self._order.constraints
 
     def _by_threshold(
-        self, alpha: float, protect: Mask, begun: float, work: Progress
+        self, alpha: float, constraints: Constraints, begun: float, work: Progress
     ) -> Simplification:
         """Keep the paper's interest points."""
         work.part(0.0, 0.5, "Regions")
-        keep = self.extremities | protect
+        keep = self.extremities | constraints.staying
         part = work.part(0.5, 1.0, "Interest points")
         interest, source = select(
             self.geometry,
@@ -249,17 +317,23 @@ class Analysis:
         )
         part(1.0)
         kept = np.flatnonzero(interest.kept)
-        regions = self.components.count
-        return self._result(kept, source, begun, interest=interest, regions=regions)
+        return self._result(
+            kept,
+            source,
+            begun,
+            protected=constraints.protected_points,
+            interest=interest,
+            regions=self.components.count,
+        )
 
     def _eliminate(self, constraints: Constraints, work: Progress) -> Elimination:
-        """Return the order of elimination, the last one if it had the same constraints."""
-        if self._order.elimination is None or self._order.key != constraints.key:
+        """Return the order of elimination under the last constraints."""
+        if self._order.elimination is None:
             part = work.part(0.0, 0.1, "Surface")
             faces, links = elimination_surface(self.geometry, self.graph, self.parameters, part)
             weights = self._weights(constraints)
             part = work.part(0.1, 1.0, "Elimination")
-            elimination = eliminate(
+            self._order.elimination = eliminate(
                 self.geometry.points,
                 faces,
                 links,
@@ -267,8 +341,9 @@ class Analysis:
                 constraints.seams,
                 progress=part,
                 priority=self.geometry.priority,
+                wedges=constraints.wedges,
+                keep_topology=constraints.keep_topology and len(self.geometry.faces) > 0,
             )
-            self._order.key, self._order.elimination = constraints.key, elimination
         return self._order.elimination
 
     def _weights(self, constraints: Constraints) -> Weights:
@@ -282,50 +357,10 @@ class Analysis:
             factor *= 1.0 + parameters.interest_weight * self.extremities
         return Weights(
             factor,
-            evenness=parameters.evenness * loose,
+            evenness=np.maximum(parameters.evenness * loose, FLAT_EVENNESS),
             guessed_surface=loose,
-            protected=constraints.protect,
+            protected=constraints.staying,
             border=parameters.border_weight * (1.0 if len(faces) else GUESSED_BORDER),
-        )
-
-    def _within_error(
-        self, elimination: Elimination, bound: float, protected: int, work: Progress
-    ) -> int:
-        """Return about the fewest vertices whose measured error is within the bound."""
-        geometry = self.geometry
-        in_length = self.parameters.error_unit == "length"
-        bound *= geometry.to_unit if in_length else geometry.unit_diagonal
-        order = np.empty_like(elimination.rank)
-        order[elimination.rank] = np.arange(len(order))
-        estimate = np.append(np.inf, elimination.error[order][:-1])
-        part = work.part(0.0, 1.0, "Error")
-
-        def measure(count: int) -> float:
-            return self._cut(elimination, count, 0.0).largest_error()
-
-        return count_within(bound, estimate, measure, max(protected, 1), part)
-
-    def _cut(self, elimination: Elimination, count: int, begun: float) -> Simplification:
-        """Return the simplification to the first `count` ranks, and then to duplicates."""
-        geometry = self.geometry
-        source = living_ancestors(elimination, count)
-        kept = np.flatnonzero(elimination.rank < count)
-        faces = left = positions = None
-        if len(geometry.faces):
-            faces, left = cut_faces(geometry.faces, source)
-            if self.parameters.placement == "optimal":
-                weight = self.parameters.border_weight
-                positions = optimal_positions(
-                    geometry.points, geometry.faces, weight, source, faces
-                )
-        return self._result(
-            kept,
-            source,
-            begun,
-            faces=faces,
-            face_source=left,
-            positions=positions,
-            copies=count - len(kept),
         )
 
     def _result(

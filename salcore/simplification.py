@@ -13,12 +13,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from .arrays.blocks import set_workers
 from .arrays.check import corner_values, indices
-from .arrays.types import Floats, Indices
+from .arrays.types import Floats, Indices, Mask
 from .decimation.attribute_transfer import corner_sources, edge_sources
+from .decimation.kept_points import keep_corner_points, keep_points
 from .errors import GeometryError
 from .input.geometry import Geometry
 from .measure.distances import Surface, distances
 from .measure.errors import Errors, measure
+from .measure.topology import count_parts
 from .method.interest import Interest
 from .progress import SILENT, Callback, Progress
 
@@ -31,6 +33,8 @@ class Report:
     ----------
     points_before, points_after, faces_before, faces_after : int
         Input points and valid faces, and kept ones.
+    parts_before, parts_after : int or None
+        Connected parts of the faces; none after for a cloud or a threshold α.
     rate : float
         Share of the input points that went.
     dropped, welded : int
@@ -40,9 +44,12 @@ class Report:
     extremities, salient, fillers, guards : int or None
         For a threshold α, kept points by reason: on a boundary, salient, by the gap rule, by the
         coverage guard. A point may have several.
-    errors : Errors
+    errors : Errors or None
         Between the input's points and the kept ones, in the input's unit. The surfaces are those
-        of the faces; without faces, of the tangent planes at the nearest points.
+        of the faces; without faces, of the tangent planes at the nearest points. None where they
+        were not measured.
+    notes : tuple of str
+        What had to be given up, or is not as asked for.
     seconds_analysis, seconds_selection : float
     """
 
@@ -50,6 +57,8 @@ class Report:
     points_after: int
     faces_before: int
     faces_after: int
+    parts_before: int
+    parts_after: int | None
     rate: float
     dropped: int
     welded: int
@@ -58,7 +67,8 @@ class Report:
     salient: int | None
     fillers: int | None
     guards: int | None
-    errors: Errors
+    errors: Errors | None
+    notes: tuple[str, ...]
     seconds_analysis: float
     seconds_selection: float
 
@@ -78,7 +88,14 @@ class Simplification:
     faces : (K, 3) int64 or None
         Faces over positions in `indices`; None for a cloud and for a threshold α.
     face_source : (K,) int64 or None
-        Input face that each face comes from, corner by corner.
+        Input face that each face takes its values from.
+    corner_origin : (K, 3) int64 or None
+        Input corner that each corner comes from: its point went into that of the corner. Corner c
+        of face f is ``3 f + c``. Three corners of one face, unless an edge was flipped.
+    face_corners : (K, 3) int64 or None
+        Input corner that each corner of `faces` takes its values from. One whose vertex stayed
+        keeps its own; others take that of their own chart where their vertex went. Worked out when
+        first asked for.
     source : (N,) int64
         Position in `indices` of the kept point that stands for each input point; -1 for points
         that were not finite.
@@ -87,6 +104,8 @@ class Simplification:
         they stay.
     interest : Interest or None
         For a threshold α, why each vertex stays.
+    notes : tuple of str
+        What had to be given up, or is not as asked for; a sentence each.
     seconds : float
         Time the selection took.
     """
@@ -94,9 +113,11 @@ class Simplification:
     indices: NDArray[np.int64]
     faces: NDArray[np.int64] | None
     face_source: NDArray[np.int64] | None
+    corner_origin: NDArray[np.int64] | None
     source: NDArray[np.int64]
     positions: Floats | None
     interest: Interest | None
+    notes: tuple[str, ...]
     seconds: float
     _context: _Context = dataclasses.field(repr=False)
 
@@ -108,10 +129,15 @@ class Simplification:
         source: Indices,
         *,
         copies: int = 0,
+        protected: Mask | None = None,
         faces: Indices | None = None,
         face_source: Indices | None = None,
+        corner_origin: Indices | None = None,
+        corners: Indices | None = None,
+        heir: Indices | None = None,
         positions: Floats | None = None,
         interest: Interest | None = None,
+        notes: tuple[str, ...] = (),
         seconds: float = 0.0,
         **context: Any,
     ) -> Simplification:
@@ -126,43 +152,68 @@ class Simplification:
             Kept vertex that stands for each; -1 for none.
         copies : int
             Input points, welded to others, that stay as well.
+        protected : (N,) bool, optional
+            Input points that stay.
         faces : (K, 3) intp, optional
             Faces over vertices.
         face_source : (K,) intp, optional
-            Clean face that each face comes from.
+            Clean face that each face takes its values from.
+        corner_origin : (K, 3) intp, optional
+            Corner of the clean faces that each corner comes from.
+        corners : (K, 3) intp, optional
+            Corner of the clean faces that each corner takes its values from; without, the first
+            one at its vertex.
+        heir : (N,) intp, optional
+            With `corners`, the input point that would stand for each; -1 where none is known.
         positions : (n, 3) float64, optional
             New positions of the vertices.
+        notes : tuple of str
+            What had to be given up.
         **context
             What the report needs besides.
         """
-        first = geometry.input_of[kept]
-        copy = np.empty(0, dtype=np.intp)
-        if copies:
-            twin = geometry.vertex_of >= 0
-            twin[geometry.input_of] = False
-            copy = np.flatnonzero(twin)[:copies]
-        indices = np.sort(np.concatenate([first, copy]))
-        place = np.full(len(source) + 1, -1, dtype=np.int64)
-        place[kept] = np.searchsorted(indices, first)
-        # Vertex -1, a dropped point or one that nothing stands for, finds the last entry.
-        sources = place[np.append(source, -1)][geometry.vertex_of]
-        sources[copy] = np.searchsorted(indices, copy)
+        points = None
+        if corners is not None and heir is not None and geometry.corner_points is not None:
+            points = geometry.corner_points.ravel()[corners]
+            selection = keep_corner_points(geometry, kept, source, protected, copies, points, heir)
+        else:
+            selection = keep_points(geometry, kept, source, protected, copies)
+        indices = selection.indices
+        if faces is not None:
+            faces = selection.position[selection.first[faces] if points is None else points]
         moved = None
         if positions is not None:
             vertex = geometry.vertex_of[indices]
-            moved = positions[vertex] / geometry.to_unit + geometry.centre
+            # What has not moved is not rounded either.
+            moved = (positions[vertex] - geometry.points[vertex]) / geometry.to_unit
+            moved += geometry.coordinates[indices]
         return cls(
             indices=indices.astype(np.int64),
-            faces=None if faces is None else place[faces],
+            faces=faces,
             face_source=(
                 None if face_source is None else geometry.face_of[face_source].astype(np.int64)
             ),
-            source=sources,
+            corner_origin=None if corner_origin is None else geometry.input_corners(corner_origin),
+            source=selection.source,
             positions=moved,
             interest=interest,
+            notes=notes,
             seconds=seconds,
-            _context=_Context(geometry, **context),
+            _context=_Context(geometry, corner_origin=corner_origin, corners=corners, **context),
         )
+
+    @cached_property
+    def face_corners(self) -> NDArray[np.int64] | None:
+        if self.faces is None or self.face_source is None:
+            return None
+        geometry = self._context.geometry
+        corners = self._context.corners
+        if corners is None:
+            origin = self._context.corner_origin
+            assert origin is not None  # there are faces
+            wanted = geometry.vertex_of[self.indices][self.faces]
+            corners = corner_sources(geometry.faces, wanted, origin, None)
+        return geometry.input_corners(corners)
 
     def corner_source(self, faces: ArrayLike, charts: ArrayLike | None = None) -> NDArray[np.int64]:
         """Return the input corner (K, 3) that each corner of `faces` takes its values from.
@@ -192,18 +243,18 @@ class Simplification:
         -----
         O(F + K log K).
         """
-        if self.faces is None or self.face_source is None:
+        if self.faces is None or self.corner_origin is None:
             raise GeometryError("faces: this simplification has none; simplify a mesh by count")
         vertex_of = self._context.geometry.vertex_of
         given = indices(faces, "faces", "triangles", 3, len(vertex_of))
-        if int(self.face_source.max(initial=-1)) >= len(given):
+        if int(self.corner_origin.max(initial=-1)) >= given.size:
             raise GeometryError(f"faces: {len(given)} of them; give all that were analysed")
         vertices = vertex_of[self.indices]
         wanted = vertices[self.faces]
-        if (vertices[self.source[given[self.face_source]]] != wanted).any():
+        if (vertices[self.source[given.ravel()[self.corner_origin]]] != wanted).any():
             raise GeometryError("faces: they are not those that were analysed; give the same array")
         values = None if charts is None else corner_values(charts, "charts", given.shape)
-        return corner_sources(vertex_of[given], wanted, self.face_source, values)
+        return corner_sources(vertex_of[given], wanted, self.corner_origin, values)
 
     def edge_source(self, edges: ArrayLike, new_edges: ArrayLike) -> NDArray[np.int64]:
         """Return the input edge (e,) that each edge of the result takes its values from.
@@ -241,6 +292,10 @@ class Simplification:
     @cached_property
     def report(self) -> Report:
         """Figures, measured when first asked for."""
+        return self.make_report()
+
+    def make_report(self, errors: bool = True) -> Report:
+        """Return the figures; without `errors` no distances are measured, which takes longest."""
         context, interest = self._context, self.interest
         geometry = context.geometry
         finite = int(np.count_nonzero(geometry.vertex_of >= 0))
@@ -249,16 +304,23 @@ class Simplification:
             name: None if interest is None else int(getattr(interest, name).sum())
             for name in ("extremities", "salient", "fillers", "guards")
         }
+        parts_after = None
+        if self.faces is not None:
+            place = geometry.vertex_of[self.indices]
+            parts_after = count_parts(place[self.faces], len(geometry.points))
         return Report(
             points_before=before,
             points_after=after,
             faces_before=len(geometry.faces),
             faces_after=0 if self.faces is None else len(self.faces),
+            parts_before=count_parts(geometry.faces, len(geometry.points)),
+            parts_after=parts_after,
             rate=1.0 - after / before if before else 0.0,
             dropped=before - finite,
             welded=finite - len(geometry.points),
             regions=context.regions,
-            errors=self.errors,
+            errors=self.errors if errors else None,
+            notes=self.notes,
             seconds_analysis=context.seconds_analysis,
             seconds_selection=self.seconds,
             **reasons,
@@ -324,5 +386,7 @@ class _Context:
     geometry: Geometry
     normals: Floats
     regions: int | None
+    corner_origin: Indices | None
+    corners: Indices | None
     workers: int
     seconds_analysis: float

@@ -202,8 +202,8 @@ def _polygons(mesh: MeshArrays, result: Simplification) -> tuple[Ints, Ints, Int
 def _corner_source(mesh: MeshArrays, result: Simplification) -> Ints:
     """Return the old corner (k, 3), among those of the triangles, for each new one."""
     if not mesh.corner_values:
-        assert result.face_source is not None
-        return 3 * result.face_source[:, None] + np.arange(3)
+        assert result.corner_origin is not None
+        return result.corner_origin
     charts = None
     if mesh.active_uv >= 0:
         charts = mesh.uv_maps[mesh.active_uv].astype(np.float64)[mesh.corners]

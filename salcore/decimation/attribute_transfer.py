@@ -13,45 +13,51 @@ from scipy.spatial import cKDTree
 
 from ..arrays.blocks import worker_count
 from ..arrays.edges import edge_key
-from ..arrays.types import Floats, Indices, Keys
+from ..arrays.types import Floats, Indices, Integers, Keys
 from ..arrays.vectors import dot
 
 
 def corner_sources(
-    corners: Indices, wanted: Indices, face_source: Indices, charts: Floats | None
+    corners: Indices, wanted: Indices, origin: Integers, charts: Floats | None
 ) -> Keys:
-    """Return the input corner (K, 3) that each new corner takes its values from.
+    """Return the corner (K, 3) of the input that each new corner takes its values from.
 
     A corner whose vertex stayed keeps its own. One whose vertex went into another takes, of all
-    corners at that other vertex, the one nearest to it in the charts.
+    corners at that other vertex, the one nearest to it in the charts. The same for wedges, in
+    place of vertices.
 
     Parameters
     ----------
-    corners : (F, 3) intp
-        Vertices of the input's faces.
-    wanted : (K, 3) intp
-        Vertices of the new faces.
-    face_source : (K,) intp
-        Input face that each comes from, corner by corner.
+    corners : (F, 3) int
+        Vertices, or wedges, of the input's faces.
+    wanted : (K, 3) int
+        Those of the new faces.
+    origin : (K, 3) int
+        Input corner that each new one comes from.
     charts : (F, 3, d) float64 or None
         Texture coordinates of the input's corners, or other values that tell charts apart; without
-        them any corner at the vertex does.
+        them the first corner does.
 
     Returns
     -------
     (K, 3) int64
         Corner c of face f is ``3 f + c``.
     """
-    own: Keys = 3 * face_source[:, None].astype(np.int64) + np.arange(3)
-    moved = corners[face_source] != wanted
+    own: Keys = origin.astype(np.int64)  # a copy
+    moved = corners.ravel()[own] != wanted
     if not moved.any():
+        return own
+    if charts is None:
+        first = np.empty(int(corners.max()) + 1, dtype=np.int64)
+        first[corners.ravel()[::-1]] = np.arange(corners.size)[::-1]
+        own[moved] = first[wanted[moved]]
         return own
     vertices, place = np.unique(wanted[moved], return_inverse=True)
     number = np.full(int(corners.max()) + 1, -1, dtype=np.int64)
     number[vertices] = np.arange(len(vertices))
     flat = number[corners.ravel()]
     candidates = np.flatnonzero(flat >= 0)
-    values = np.zeros((corners.size, 1)) if charts is None else charts.reshape(corners.size, -1)
+    values = charts.reshape(corners.size, -1)
     # The vertex is one more coordinate, in steps longer than any distance in the charts.
     step = 2.0 * np.linalg.norm(np.ptp(values, axis=0)) + 1.0
     tree = cKDTree(np.column_stack([values[candidates], step * flat[candidates]]))

@@ -16,6 +16,10 @@ COST_BLOCK = 1 << 15
 """Half-edges whose costs are worked out at once."""
 LEAST_AREA = 1e-3
 """Share of the mean area of vertices that each counts at least."""
+FLAT_EVENNESS = 1e-9
+"""Evenness that all vertices have: where collapses cost nothing, on flat sides, short edges and
+even spacing decide. Hardly more than ties: distances to planes of 3e-5 of those along them weigh as
+much."""
 
 
 @dataclass(frozen=True)
