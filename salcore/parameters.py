@@ -219,6 +219,15 @@ class Parameters:
         maximum=100.0,
         sentence="Further weight of the points on the regions' boundaries in the order of "
         "elimination.")
+    regions_of_interest: int = _row("Elimination", 0, "Regions of interest", minimum=0,
+        maximum=2**31 - 1,
+        sentence="So many of the most salient regions are kept denser; 0 keeps none so.")
+    interest_density: float = _row("Elimination", 4.0, "Interest density", minimum=1.0,
+        maximum=100.0, unit="times",
+        sentence="About how many times as dense the regions of interest are kept as they else "
+        "would be, against the rest.")
+    keep_regions: bool = _row("Elimination", False, "Keep regions' borders",
+        sentence="Borders between regions stay as lines, as seams do.")
     evenness: float = _row("Elimination", 0.1, "Evenness", minimum=0.0, maximum=100.0,
         sentence="Weight of even spacing in the order of elimination, for points that no face "
         "uses.")
