@@ -20,7 +20,9 @@ def weigh_removals(
     saliency: Floats,
     constraints: Constraints,
     parameters: Parameters,
+    *,
     extremities: Mask | None = None,
+    interest: Floats | None = None,
 ) -> Weights:
     """Return what the removal of each vertex costs.
 
@@ -34,6 +36,8 @@ def weigh_removals(
     extremities : (n,) bool, optional
         Interest points on the regions' boundaries, where `Parameters.interest_weight` asks for
         them.
+    interest : (n,) float64, optional
+        Factor on the costs of removals in regions of interest.
     """
     faces = geometry.faces
     loose = np.ones(len(geometry.points), dtype=bool)
@@ -42,6 +46,8 @@ def weigh_removals(
     factor *= 1.0 + constraints.importance
     if extremities is not None:
         factor *= 1.0 + parameters.interest_weight * extremities
+    if interest is not None:
+        factor *= interest
     values = constraints.values
     if values is not None:
         values = parameters.attribute_weight * float(frames.radius.mean()) * values
