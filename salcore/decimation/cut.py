@@ -200,8 +200,9 @@ class Ranking:
     Attributes
     ----------
     rank : (N,) int64
-        A permutation: the points of rank below a count are those that this count keeps. Points
-        equal to another come after all distinct ones, points that are not finite last.
+        The points of rank below a count are those that this count keeps. A permutation, but for
+        parts of a mesh that go whole: their points share the highest of their ranks. Points equal
+        to another come after all distinct ones, points that are not finite last.
     parent : (N,) int64
         Point of lower rank that each goes into; -1 for rank 0.
     generations : int
@@ -222,19 +223,15 @@ def input_ranking(geometry: Geometry, elimination: Elimination, least: int = 1) 
     finite = vertex_of >= 0
     first = np.zeros(len(vertex_of), dtype=bool)
     first[input_of] = True
-    order = np.concatenate(
-        [
-            input_of[np.argsort(elimination.rank)],
-            np.flatnonzero(finite & ~first),
-            np.flatnonzero(~finite),
-        ]
-    )
-    rank = np.empty(len(order), dtype=np.int64)
-    rank[order] = np.arange(len(order))
-    parent = np.full(len(order), order[0] if len(order) else 0, dtype=np.int64)
+    others = np.concatenate([np.flatnonzero(finite & ~first), np.flatnonzero(~finite)])
+    rank = np.empty(len(vertex_of), dtype=np.int64)
+    rank[input_of] = elimination.rank
+    rank[others] = np.arange(len(input_of), len(rank))
+    root = np.flatnonzero(rank == 0)
+    parent = np.full(len(rank), root[0] if len(root) else 0, dtype=np.int64)
     parent[finite] = input_of[vertex_of[finite]]
     parent[input_of] = input_of[elimination.parent]
-    parent[order[:1]] = order[:1]
+    parent[root] = root
     generations = _last_ancestors(parent)[1]
-    parent[order[:1]] = -1
+    parent[root] = -1
     return Ranking(rank, parent, generations, least)
