@@ -75,7 +75,7 @@ class Cuts:
         count = max(count, least)
         ranks = count - self.constraints.protected_copies
         short = ranks - int(np.count_nonzero(self.elimination.rank < ranks))
-        if 0 < short and ranks <= len(self.elimination.rank):
+        if short > 0 and ranks <= len(self.elimination.rank):
             notes.append(f"{name}={value:g}: {count - short} points are kept; parts go whole")
         return count, notes
 
@@ -94,9 +94,9 @@ class Cuts:
         geometry, copies = self.geometry, self.constraints.protected_copies
         if not len(geometry.faces):
             raise ParameterError(f"faces={wanted}: there are no faces; give count or ratio")
-        if wanted > len(geometry.faces):
+        if wanted > geometry.face_count:
             raise ParameterError(
-                f"faces={wanted}: there are {len(geometry.faces)} valid faces; give at most so many"
+                f"faces={wanted}: there are {geometry.face_count} valid faces; give at most so many"
             )
         part = work.part(0.0, 1.0, "Faces")
         total = len(geometry.points)
@@ -119,7 +119,9 @@ class Cuts:
     def count_faces(self, ranks: int) -> int:
         """Return the number of faces that are left with so many vertices."""
         source = living_ancestors(self.elimination, ranks)
-        return len(cut_faces(self.geometry.faces, source)[1])
+        left = cut_faces(self.geometry.faces, source)[1]
+        backs = self.geometry.backs
+        return len(left) + (0 if backs is None else int(np.isin(left, backs.front).sum()))
 
     def _count_within(self, bound: float, work: Progress) -> int:
         """Return about the fewest points whose measured error is within the bound."""
@@ -170,7 +172,7 @@ class Cuts:
             protected=constraints.protected_points,
             copies=ranks - len(elimination.rank),
             notes=tuple(notes),
-        )
+        ).with_backs()
 
     def _losses(self, ranks: int, faces: Indices) -> list[str]:
         """Return notes on the parts and the topology that the faces of a cut have lost."""

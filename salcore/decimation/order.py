@@ -271,7 +271,9 @@ class _State:
         """Do the collapses that are chosen, let parts go, and work out the costs round them."""
         leaves = np.flatnonzero(leaving)
         done = len(leaves) > 0 or bool(performed.any())
-        self.candidate_factor = 1 if done else 2 * self.candidate_factor
+        # Among many small parts wait until all that is cheaper has failed: their prices come then.
+        patient = self.parts is not None and self.living <= SMALL and not self.relaxed
+        self.candidate_factor = 1 if done or patient else 2 * self.candidate_factor
         if not done:
             return
         removed, kept = rings.removed[performed], rings.kept[performed]

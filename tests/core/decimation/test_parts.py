@@ -57,7 +57,8 @@ def hair():
     """Return 300 strips of eight faces, all alike, without anything else."""
     points, faces = grid(2, 5)
     strip = points * [0.1, 0.02, 0]
-    return join(*((strip + [0.3 * (k % 20), 0.2 * (k // 20), 0], faces) for k in range(300)))
+    places = [np.array([0.5 * (k % 20), 0.2 * (k // 20), 0]) for k in range(300)]
+    return join(*((strip + place, faces) for place in places))
 
 
 MESHES = {f.__name__: f for f in (foliage, scan, spheres, bolted, hair)}
