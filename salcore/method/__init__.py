@@ -25,8 +25,8 @@ equation     function                               what it is
 ===========  =====================================  ============================================
 
 Beyond the paper: (3.9) at every scale, `scales`, on contracted graphs, `contraction`, with their
-`noise`; regions of three kinds, `segmentation`: `islands` ((4.1) between regions), `basins`, and the
-paper's `regions`.
+`noise`; regions of three kinds, `segmentation`: `islands` ((4.1) between regions), `basins`, and
+the paper's `regions`.
 
 (5.1) and (5.2) are `salcore.Deviation`. The coverage guard, `coverage.close_gaps`, is ours.
 """

@@ -8,8 +8,8 @@ import numpy as np
 from ..arrays.blocks import run_blocks
 from ..arrays.rows import row_sum
 from ..arrays.types import Floats, Indices, Mask
-from ..arrays.vectors import cross, dot, unit
-from .contraction import NOISE_MEMBERS, Level, sense
+from ..arrays.vectors import cross, dot
+from .contraction import NOISE_MEMBERS, Level, directions, sense
 from .graph import Graph
 from .planes import mean_offset
 
@@ -66,7 +66,7 @@ def normal_noise(levels: tuple[Level, ...]) -> tuple[Floats, ...]:
     for _ in range(2):
         average = mean_normals(base, smooth)
         degrees = base.graph.degrees[:, None]
-        smooth = unit((average * degrees + smooth) / (degrees + 1))
+        smooth = directions((average * degrees + smooth) / (degrees + 1))
     residual = _square_angles(base.normals, smooth, base.oriented)
     sizes = np.array([len(base.points) / len(level.points) for level in levels])
     middle = int(np.argmin(np.abs(np.log(sizes / NOISE_MEMBERS))))
@@ -135,5 +135,5 @@ def smooth_normals(level: Level, noise: Floats) -> tuple[Floats, Floats]:
     """
     strength = noise / (noise + HALFWAY)
     average = mean_normals(level, level.normals)
-    normals = unit(level.normals + 2.0 * strength[:, None] * average)
+    normals = directions(level.normals + 2.0 * strength[:, None] * average)
     return normals, noise / (1.0 + 1.5 * strength)
