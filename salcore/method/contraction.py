@@ -125,12 +125,12 @@ def build_levels(
     levels = [level]
     if not len(square):
         return tuple(levels)
-    doublings = int(np.rint(np.log2(np.sqrt(np.median(square)) / coarsest)))
+    doublings = int(np.rint(0.5 * np.log2(np.median(square)) - np.log2(coarsest)))
     doublings = max(doublings, -MOST_DOUBLINGS)
     for exponent in range(doublings, max(doublings, 0) + 8):
         if exponent > 0 and count >= NOISE_MEMBERS * len(level.points):
             break
-        contracted = contract(level, coarsest * 2.0**exponent, square)
+        contracted = contract(level, float(np.ldexp(coarsest, exponent)), square)
         if contracted is not None:
             levels.append(contracted)
             level = contracted
@@ -146,7 +146,8 @@ def directions(vectors: Floats) -> Floats:
     """
     length = np.sqrt(dot(vectors, vectors))
     inverse = np.divide(1.0, length, out=np.zeros_like(length), where=length > 0.0)
-    return vectors * inverse[:, None]
+    unit: Floats = vectors * inverse[:, None]
+    return unit
 
 
 def sense(cosine: Floats) -> Floats:
@@ -193,7 +194,7 @@ def contract(level: Level, length: float, square: Floats) -> Level | None:
     if len(kept) > (1.0 - LEAST_SHRINK) * count:
         return None
     cell = (np.cumsum(chosen) - 1)[centre]
-    area = np.bincount(cell, level.area, len(kept))
+    area: Floats = np.bincount(cell, level.area, len(kept)).astype(np.float64)
     signed = level.oriented & level.oriented[centre]
     cosine = dot(level.normals, level.normals.take(centre, axis=0))
     turn = np.where(signed, 1.0, sense(cosine))

@@ -31,7 +31,8 @@ def mean_normals(level: Level, normals: Floats) -> Floats:
     """
     graph, oriented = level.graph, level.oriented
     if oriented.all():
-        return level.mean @ normals
+        mean: Floats = level.mean @ normals
+        return mean
     result = np.empty_like(normals)
 
     def average(start: int, stop: int) -> None:
@@ -121,7 +122,8 @@ def map_noise(noise: Floats, members: Indices, full: float) -> Floats:
         Angle, in radians, from which a neighbour counts in full.
     """
     square = noise * np.minimum(NEIGHBORS_SHARE, CELLS_SHARE / members)
-    return np.minimum(MEAN_OF_SQUARE * np.sqrt(square) / full, 1.0)
+    result: Floats = np.minimum(MEAN_OF_SQUARE * np.sqrt(square) / full, 1.0)
+    return result
 
 
 def smooth_normals(level: Level, noise: Floats) -> tuple[Floats, Floats]:
