@@ -17,6 +17,7 @@ import salcore
 from .io.layer import NORMAL, RGB, XYZ, Layer, are_split, byte_colors
 
 Floats = NDArray[np.float64]
+IMAGES = (".png", ".jpg", ".jpeg", ".bmp", ".tga", ".tif", ".tiff", ".ppm")
 
 
 class Arrays(NamedTuple):
@@ -214,6 +215,8 @@ def set_texture(mesh_set: Any, name: str, image: Any) -> None:
     """Give the current layer a texture, by way of a file, as pymeshlab requires."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / Path(name).name
+        if path.suffix.lower() not in IMAGES:  # an image from within a file has no ending
+            path = path.with_name(f"{path.name}.png")
         image.save(str(path))
         mesh_set.set_texture_per_mesh(textname=str(path))
 

@@ -18,7 +18,7 @@ from salcore.options import given_options
 
 from ..errors import FileError, Warn, ignore
 from ..io import files
-from ..io.documents import Document, open_document
+from ..io.documents import Document, open_document, open_documents
 from ..io.headers import PROJECT
 from ..io.staging import write_text
 from ..io.supervise import FAILURE
@@ -41,6 +41,8 @@ def main(arguments: list[str] | None = None) -> int:
     """
     options = make_parser(_COMMANDS).parse_args(arguments)
     try:
+        if isinstance(getattr(options, "input", None), list):
+            options.input = files.matching(options.input)
         options.run(options)
         sys.stdout.flush()
     except salcore.MemoryLimitError as error:
@@ -107,7 +109,7 @@ def _open(options: argparse.Namespace) -> Document:
 
 def _open_input(options: argparse.Namespace, outputs: list[Path]) -> Document:
     """Open the input for writing to these outputs."""
-    document = open_document(
+    document = open_documents(
         options.input, options.layer, _warn(options), outputs=outputs, columns=options.columns
     )
     as_points = getattr(options, "points", False) or getattr(options, "alpha", None) is not None
@@ -122,10 +124,10 @@ def _check_outputs(
 ) -> None:
     """Refuse outputs that would overwrite a file or one another."""
     for path in meshes:
-        files.check_output(path, [options.input], force=options.force)
+        files.check_output(path, options.input, force=options.force)
     given = [path for path in reports if path is not None]
     for path in given:
-        _check_report(path, [options.input], force=options.force)
+        _check_report(path, options.input, force=options.force)
     seen: set[Path] = set()
     for path in (*meshes, *given):
         if path.absolute() in seen:
@@ -264,7 +266,7 @@ def _write_map(
     if options.picture is not None:
         points, faces, _ = document.arrays
         shape = (points, faces, analysis.normals)
-        panels = [Panel(options.input.name, *shape), Panel(title, *shape, colors)]
+        panels = [Panel(options.input[0].name, *shape), Panel(title, *shape, colors)]
         save_picture(options.picture, [panels], up=options.up)
 
 

@@ -9,14 +9,39 @@ from types import ModuleType
 
 from ..errors import FileError
 
-MESHES = (".ply", ".obj")
+MESHES = (".ply", ".obj", ".glb", ".gltf")
 """Endings of meshes that MeshLab reads as well, with their textures as it wants to have them."""
 TEXT = (".xyz", ".txt", ".csv", ".asc", ".pts")
+BY_MESHLAB = (
+    ".stl", ".off", ".3ds", ".dae", ".3mf", ".fbx", ".x3d", ".wrl", ".ctm", ".mlp",
+)  # fmt: skip
+"""Endings that MeshLab reads, among those that people have."""
+_BLENDER = "Blender opens it: use the extension there, or its command, blender -c salient_simplify"
+_REMEDIES = dict.fromkeys(
+    (".blend", ".usd", ".usda", ".usdc", ".usdz", ".abc", ".svg", ".bvh"), _BLENDER
+) | dict.fromkeys(
+    (".step", ".stp", ".iges", ".igs", ".dwg", ".ifc", ".sldprt"),
+    "it holds no mesh but a model of CAD: export it as .stl or .obj there",
+)
 SCANS = {".las": "las", ".laz": "las", ".pcd": "pcd"}
+SCENES = {".glb": "gltf", ".gltf": "gltf"}
 OTHERS = SCANS | dict.fromkeys(TEXT, "text")
-READERS = {".ply": "ply", ".obj": "obj", ".e57": "e57", ".ptx": "ptx"} | OTHERS
+READERS = {".ply": "ply", ".obj": "obj", ".e57": "e57", ".ptx": "ptx"} | SCENES | OTHERS
 WRITERS = {".ply": "ply", ".obj": "obj_write"} | OTHERS
 """Modules of this package by the ending of a file."""
+
+
+def is_hopeless(path: Path) -> bool:
+    """Return whether a file is of a kind that only other programs read."""
+    return path.suffix.lower() in _REMEDIES
+
+
+def unknown(path: Path) -> str:
+    """Return what to do about a file that nothing here reads."""
+    ending = path.suffix.lower()
+    remedy = _REMEDIES.get(ending, "convert it to one of these")
+    what = f"{ending} files are" if ending else "a file without an ending is"
+    return f"{what} not read; {', '.join(sorted([*READERS, *BY_MESHLAB]))} are; {remedy}"
 
 
 def reader(path: Path) -> ModuleType | None:

@@ -360,9 +360,10 @@ def _adapted(layer: Layer, path: Path, warn: Warn) -> Layer:
         textures = tuple(dict.fromkeys(filter(None, images)))
         place = [textures.index(image) if image else -1 for image in images]
         if textures:
-            face_columns["texnumber"] = np.array(place, dtype=np.int32)[number]
+            face_columns["texnumber"] = np.array([*place, -1], dtype=np.int32)[number]
         elif any(material.color for material in layer.materials):
-            paint = np.array([material.color or (1.0,) * 3 for material in layer.materials])
+            white = (1.0, 1.0, 1.0)
+            paint = np.array([*(material.color or white for material in layer.materials), white])
             shades = np.round(255.0 * np.clip(paint, 0.0, 1.0)).astype(np.uint8)[number]
             face_columns |= {name: shades[:, axis] for axis, name in enumerate(RGB)}
     if TEXCOORD in corners:
