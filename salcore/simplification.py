@@ -16,6 +16,7 @@ from .arrays.check import corner_values, indices
 from .arrays.types import Floats, Indices, Mask
 from .decimation.attribute_transfer import corner_sources, edge_sources
 from .decimation.kept_points import keep_corner_points, keep_points
+from .decimation.normal_transfer import transfer_normals
 from .errors import GeometryError
 from .input.geometry import Geometry
 from .measure.distances import Surface, distances
@@ -255,6 +256,31 @@ class Simplification:
             raise GeometryError("faces: they are not those that were analysed; give the same array")
         values = None if charts is None else corner_values(charts, "charts", given.shape)
         return corner_sources(vertex_of[given], wanted, self.corner_origin, values)
+
+    def transfer_normals(self) -> NDArray[np.float64]:
+        """Return the normals (K, 3, 3) of the original surface at the corners of `faces`.
+
+        A light mesh with these is shaded like its original. On the two sides of a crease of more
+        than 60 degrees or so they differ.
+
+        Raises
+        ------
+        GeometryError
+            If the simplification has no faces.
+
+        Notes
+        -----
+        O(F log F) time; see `decimation.normal_transfer`.
+        """
+        if self.faces is None:
+            raise GeometryError("faces: this simplification has none; simplify a mesh by count")
+        geometry = self._context.geometry
+        vertex = geometry.vertex_of[self.indices]
+        moved = None
+        if self.positions is not None:
+            moved = geometry.points.copy()
+            moved[vertex] = (self.positions - geometry.centre) * geometry.to_unit
+        return transfer_normals(geometry.points, geometry.faces, vertex[self.faces], moved)
 
     def edge_source(self, edges: ArrayLike, new_edges: ArrayLike) -> NDArray[np.int64]:
         """Return the input edge (e,) that each edge of the result takes its values from.
