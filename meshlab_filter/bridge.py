@@ -41,6 +41,14 @@ def read(mesh: Any) -> Arrays:
     return Arrays(points, None, normals if normals.any() else None)
 
 
+def merge_layers(mesh_set: Any, name: str) -> None:
+    """Add a layer with all visible ones, each where its matrix puts it, as the current layer."""
+    mesh_set.generate_by_merging_visible_meshes(
+        mergevisible=True, deletelayer=False, mergevertices=False, alsounreferenced=True
+    )
+    mesh_set.current_mesh().set_label(name)
+
+
 def corner_layers(mesh: Any) -> dict[str, Any]:
     """Return what tells the charts of a mesh apart, as arguments of `salcore.Analysis.simplify`.
 
@@ -185,7 +193,7 @@ def _face_arrays(mesh: Any, result: salcore.Simplification) -> dict[str, Any]:
 def _wedges(mesh: Any, result: salcore.Simplification) -> Floats:
     """Return texture coordinates (3 K, 2) for the corners of the kept faces."""
     wedges = mesh.wedge_tex_coord_matrix()
-    return np.asarray(wedges[result.face_corners.ravel()])
+    return np.asarray(wedges[np.ravel(result.face_corners)])
 
 
 def _use_first_texture(mesh_set: Any) -> None:

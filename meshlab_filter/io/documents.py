@@ -15,12 +15,9 @@ from ..errors import FileError, Warn, ignore
 from . import formats, las
 from .files import check_input, load_meshlab
 from .layer import Floats, Layer
-from .scans import merge
+from .scans import ALL, merge
 from .wedges import corner_layers
 from .write import write_layer
-
-ALL = "all"
-"""Name for all layers as one."""
 
 
 class Document(Protocol):
@@ -130,7 +127,8 @@ def open_document(
         raise FileError(f"--columns: is for text such as .xyz and .csv; leave it out for {path}")
     foreign = not all(formats.writer(output) for output in outputs or [])
     if module is None or (foreign and path.suffix.lower() in formats.MESHES):
-        return _mesh_document(path).load(path, layer, warn, option)
+        loaded: Document = _mesh_document(path).load(path, layer, warn, option)
+        return loaded
     said: list[str] = []  # where a file is refused, that alone is said
     options = {"columns": columns} if text else {}
     layers = module.read(path, said.append, **options)
@@ -138,7 +136,8 @@ def open_document(
     for message in said:
         warn(message)
     if foreign:
-        return _mesh_document(path).from_layer(path, document.layer, warn)
+        made: Document = _mesh_document(path).from_layer(path, document.layer, warn)
+        return made
     return document
 
 

@@ -78,7 +78,9 @@ class Scene:
             row = width * dtype.itemsize
             if count and start + (count - 1) * (stride or row) + row > len(data):
                 raise ValueError("an accessor reaches beyond its buffer")
-            values = np.ndarray((count, width), dtype, data, start, (stride or row, dtype.itemsize))
+            values: NDArray[Any] = np.ndarray(
+                (count, width), dtype, data, start, (stride or row, dtype.itemsize)
+            )
         else:
             values = np.zeros((count, width), dtype)
         if "sparse" in entry:

@@ -197,5 +197,5 @@ def _wide(values: NDArray[Any]) -> NDArray[np.uint16]:
         return values.astype(np.uint16) * np.uint16(257)
     if values.dtype.kind == "f":
         share = np.clip(np.nan_to_num(values), 0.0, 1.0)
-        return np.round(65535.0 * share).astype(np.uint16)
+        return np.asarray(np.round(65535.0 * share), dtype=np.uint16)
     return values.astype(np.uint16)

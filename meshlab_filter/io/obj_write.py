@@ -136,7 +136,7 @@ def _faces(
         elif parts[1] is not None:
             words = map("/".join, zip(parts[0] or blank, parts[1], strict=True))
         else:
-            words = iter(parts[0] or blank)
+            words = map(str, parts[0] or blank)
         texts.append(list(words))
     lines = [f"f {row}" for row in map(" ".join, zip(*texts, strict=True))]
     states = layer.origin.groups if isinstance(layer.origin, Origin) else ()

@@ -9,6 +9,8 @@ from .layer import Columns, Floats, Layer
 from .mtl import Material
 from .obj import GROUP, MATERIAL, Origin
 
+ALL = "all"
+"""Name for all layers as one."""
 SCAN = "scan"
 """Column that tells the scans of a cloud apart."""
 

@@ -5,9 +5,11 @@ import json
 import os
 import subprocess
 import sys
+from xml.etree import ElementTree
 
 import laspy
 import numpy as np
+import pymeshlab
 import pytest
 from mesh_files import grid, rows, write_ply
 from plyfile import PlyData
@@ -18,6 +20,7 @@ from shapes import bumpy, torus
 import meshlab_filter
 import salcore
 from meshlab_filter.io import gltf, obj, ply
+from meshlab_filter.io.projects import save_project
 
 JPEG = b"\xff\xd8 as the camera wrote it"
 PNG = b"\x89PNG as a program wrote it"
@@ -121,15 +124,9 @@ def test_all_parts_of_a_scene_are_where_their_nodes_put_them(run, tmp_path, scen
 @pytest.mark.parametrize("text", [False, True])
 def test_images_inside_of_a_scene_stay_what_they_are(run, tmp_path, text):
     points, faces = grid(20)
-    parts = [
-        {
-            "points": points + np.array([0, 0, k]),
-            "faces": faces,
-            "coords": points[:, :2],
-            "material": k,
-        }  # fmt: skip
-        for k in range(2)
-    ]
+    flat = {"faces": faces, "coords": points[:, :2]}
+    heights = [points + np.array([0.0, 0.0, k]) for k in range(2)]
+    parts = [flat | {"points": place, "material": k} for k, place in enumerate(heights)]
     materials = [
         {"name": name, "pbrMetallicRoughness": {"baseColorTexture": {"index": k}}}
         for k, name in enumerate(("stone", "moss"))
@@ -270,3 +267,36 @@ def test_without_a_library_of_meshlab_the_command_works(tmp_path):
     assert done.returncode == 2
     assert "apt install libgl1 libopengl0" in done.stderr
     assert len(done.stderr.splitlines()) == 1
+
+
+@pytest.fixture
+def project(tmp_path):
+    """A project of two rings, the second of which a matrix moves."""
+    meshes = pymeshlab.MeshSet(verbose=False)
+    for number in range(2):
+        meshes.add_mesh(pymeshlab.Mesh(*torus(30, 15)), f"ring{number}")
+    meshes.compute_matrix_from_translation(traslmethod=0, axisx=10.0)
+    path = tmp_path / "in.mlp"
+    save_project(meshes, path, force=True)
+    return path
+
+
+def test_all_layers_of_a_project_as_one(run, tmp_path, project):
+    run("simplify", project, tmp_path / "o.ply", "--ratio", "0.5", "--layer", "all")
+    places = ply.read(tmp_path / "o.ply")[0].points
+    assert len(places) == 450
+    points = torus(30, 15)[0].astype("f4").astype(float)
+    both = {tuple(p) for p in np.concatenate([points, points + np.array([10.0, 0, 0])]).round(5)}
+    assert {tuple(p) for p in places.round(5)} <= both
+
+
+def test_the_light_layer_of_a_project_is_shown_and_its_source_hidden(run, tmp_path, project):
+    output = tmp_path / "o.mlp"
+    run("simplify", project, output, "--ratio", "0.5", "--layer", "ring1")
+    shown = {
+        mesh.get("label"): mesh.get("visible") for mesh in ElementTree.parse(output).iter("MLMesh")
+    }
+    assert shown == {"ring0": "1", "ring1": "0", "ring1 simplified": "1"}
+    run("saliency", project, tmp_path / "map.mlp", "--layer", "ring1")
+    maps = ElementTree.parse(tmp_path / "map.mlp").iter("MLMesh")
+    assert [mesh.get("visible") for mesh in maps] == ["1", "1"]
