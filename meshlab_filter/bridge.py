@@ -65,9 +65,14 @@ def corner_layers(mesh: Any) -> dict[str, Any]:
         values.append(mesh.vertex_tex_coord_matrix()[faces])
     if mesh.has_face_color():
         values.append(np.repeat(mesh.face_color_matrix()[:, None], 3, axis=1))
-    if are_split(points) and mesh.has_vertex_color():
+    split = are_split(points)
+    if split and mesh.has_vertex_color():
         values.append(mesh.vertex_color_matrix()[faces])
-    return {"corner_values": [np.nan_to_num(v) for v in values] or None}
+    given: dict[str, Any] = {"corner_values": [np.nan_to_num(v) for v in values] or None}
+    normals = mesh.vertex_normal_matrix()
+    if split and normals.any():
+        given["corner_normals"] = np.nan_to_num(normals)[faces]
+    return given
 
 
 def read_surface(mesh: Any) -> salcore.Surface:
