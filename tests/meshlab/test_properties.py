@@ -54,7 +54,7 @@ def test_a_property_comes_back_or_is_named(run, tmp_path, ending, colored):
             assert any(f" {name}{end}" in said for end in (",", ";")), (name, said)
             continue
         back = np.asarray(after[name])
-        if ending in formats.TEXT:  # digits, as many as tell the value from its neighbours
+        if f".{ending}" in formats.TEXT:  # digits, as many as tell the value from its neighbours
             back = back.astype(values.dtype)
         if name in COLORS and ending in ("las", "laz"):
             back = back // 257
