@@ -100,7 +100,9 @@ def _add_files(command: argparse.ArgumentParser) -> None:
     )
     command.add_argument("output", type=Path, help="file to write, of any format MeshLab writes")
     command.add_argument(
-        "--layer", metavar="NAME", help="layer, by name or number; all takes all as one"
+        "--layer",
+        metavar="NAME",
+        help="layer, by name or number; all as one, or each to a file of its own",
     )
     command.add_argument(
         "--columns",

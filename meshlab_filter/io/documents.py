@@ -168,6 +168,19 @@ def choose(layers: list[Layer], name: str | None, path: Path, warn: Warn, option
     )
 
 
+def open_layers(
+    path: Path, warn: Warn, *, output: Path, columns: str | None = None
+) -> list[Document]:
+    """Open each layer of a file on its own; for the parameters see `open_document`."""
+    check_input(path)
+    module = formats.reader(path)
+    if module is None or formats.writer(output) is None:
+        documents: list[Document] = _mesh_document(path).load_each(path, warn)
+        return documents
+    options = {"columns": columns} if columns is not None else {}
+    return [LayerDocument(path, layer, warn) for layer in module.read(path, warn, **options)]
+
+
 class LayerDocument:
     """A layer that was read without MeshLab."""
 

@@ -35,7 +35,7 @@ class Format(NamedTuple):
 
 MESHLAB = "MeshLab"
 FORMATS = (
-    Format((".ply",), "ply", "ply",
+    Format((".ply",), "ply", "ply_write",
            "every property of points, faces and corners in its own type, comments, textures, other "
            "elements", "normals of corners, names of materials"),
     Format((".obj",), "obj", "obj_write",

@@ -82,6 +82,8 @@ class Scene:
                 (count, width), dtype, data, start, (stride or row, dtype.itemsize)
             )
         else:
+            if count > self.path.stat().st_size:
+                raise ValueError("an accessor has no buffer")
             values = np.zeros((count, width), dtype)
         if "sparse" in entry:
             values = self._patched(values, entry["sparse"], dtype, width)

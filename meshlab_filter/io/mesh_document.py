@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 import salcore
 
 from .. import bridge
-from ..errors import Warn
+from ..errors import Warn, ignore
 from . import formats
 from .files import choose_layer, load
 from .headers import PROJECT
@@ -61,6 +61,12 @@ class MeshDocument:
         else:
             choose_layer(mesh_set, None if layer == ALL else layer, warn, option)
         return cls(path, mesh_set, warn)
+
+    @classmethod
+    def load_each(cls, path: Path, warn: Warn) -> list[MeshDocument]:
+        """Load each layer of a file or project on its own."""
+        numbers = [mesh.id() for mesh in load(path, warn)]
+        return [cls.load(path, str(number), ignore, "--layer") for number in numbers]
 
     @classmethod
     def from_layer(cls, path: Path, layer: Layer, warn: Warn) -> MeshDocument:

@@ -235,7 +235,10 @@ def _groups(
 ) -> tuple[Columns, tuple[tuple[str, ...], ...], tuple[Material, ...], list[tuple[str, str]]]:
     """Return the material and group of every face, the groups' lines, materials, and libraries."""
     libraries = []
-    for name in dict.fromkeys(_text(line) for line in lines.texts.get(b"mtllib", [])):
+    named = [_text(line) for line in lines.texts.get(b"mtllib", [])]
+    # A line may name several libraries, or one with blanks in its name.
+    split = [[name] if (path.parent / name).is_file() else name.split() for name in named]
+    for name in dict.fromkeys(name for names in split for name in names):
         library = path.parent / name
         if library.is_file():
             libraries.append((name, library.read_text(encoding="utf-8", errors="surrogateescape")))

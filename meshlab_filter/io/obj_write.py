@@ -90,7 +90,9 @@ def _materials(layer: Layer, path: Path) -> tuple[str | None, list[str], NDArray
         return text or None, [m.name for m in layer.materials], layer.face_columns.get(MATERIAL)
     if layer.materials:
         made = list(layer.materials)
-        return write_materials(made), [m.name for m in made], layer.face_columns[MATERIAL]
+        known = any(m.color or m.texture for m in made)  # else their library is missing
+        library = write_materials(made) if known else None
+        return library, [m.name for m in made], layer.face_columns[MATERIAL]
     if layer.textures:
         names = [f"material_{number}" for number in range(len(layer.textures))]
         made = [Material(name, None, t) for name, t in zip(names, layer.textures, strict=True)]

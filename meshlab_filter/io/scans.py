@@ -11,6 +11,8 @@ from .obj import GROUP, MATERIAL, Origin
 
 ALL = "all"
 """Name for all layers as one."""
+EACH = "each"
+"""Name for each layer on its own."""
 SCAN = "scan"
 """Column that tells the scans of a cloud apart."""
 

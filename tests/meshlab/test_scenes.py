@@ -121,6 +121,21 @@ def test_all_parts_of_a_scene_are_where_their_nodes_put_them(run, tmp_path, scen
     assert ply.read(tmp_path / "one.ply")[0].points == pytest.approx(placed[1], abs=1e-6)
 
 
+def test_each_part_of_a_scene_on_its_own(run, tmp_path, scene):
+    path, placed, _ = scene
+    report = tmp_path / "report.json"
+    arguments = ("--ratio", "0.5", "--layer", "each", "--report", report)
+    run("simplify", path, tmp_path / "part_{}.ply", *arguments)
+    for number in range(3):
+        points = ply.read(tmp_path / f"part_{number}.ply")[0].points
+        assert len(points) == 225
+        whole = {tuple(p) for p in placed[number].round(6)}
+        assert {tuple(p) for p in points.round(6)} <= whole
+    assert list(json.loads(report.read_text())) == ["part_0.ply", "part_1.ply", "part_2.ply"]
+    said = run("simplify", path, tmp_path / "o.ply", "--ratio", "0.5", "--layer", "each", status=2)
+    assert "part_{}.ply" in said
+
+
 @pytest.mark.parametrize("text", [False, True])
 def test_images_inside_of_a_scene_stay_what_they_are(run, tmp_path, text):
     points, faces = grid(20)
