@@ -219,7 +219,7 @@ def parent_corners(mesh: MeshArrays, parent: Ints) -> Ints:
     charts = None
     if mesh.active_uv >= 0:
         charts = mesh.uv_maps[mesh.active_uv].astype(np.float64)[corners]
-    found = corner_sources(faces, vertices[faces], np.arange(len(faces)), charts)
+    found = corner_sources(faces, vertices[faces], np.arange(faces.size).reshape(-1, 3), charts)
     result = np.arange(len(mesh.vertices), dtype=np.int64)
     result[corners.ravel()] = corners.ravel()[found.ravel()]
     return result
