@@ -102,6 +102,40 @@ def target_annotations(options: set[str]) -> dict[str, Any]:
     }
 
 
+def show_annotations(options: set[str]) -> dict[str, Any]:
+    """Return what else attributes that are shown depend on."""
+    return {
+        "alpha": _property(next(row for row in TARGETS if row.name == "alpha"), options),
+        "by_saliency": BoolProperty(
+            name="Color by Saliency",
+            description="Show regions in the colour of their mean saliency, from blue to red; "
+            "without, each has a colour of its own",
+            options=options,
+        ),
+    }
+
+
+def region_annotations(options: set[str]) -> dict[str, Any]:
+    """Return the properties that say which regions are picked, and what becomes of them."""
+    return {
+        "regions": StringProperty(
+            name="Regions",
+            description="Numbers of regions, such as 0-4 or 0 2 7: number 0 is the most salient",
+            default="0-4",
+            options=options,
+        ),
+        "into": EnumProperty(
+            items=(
+                ("GROUP", "Vertex Group", "A vertex group; an attribute of points for a cloud"),
+                ("SELECTION", "Selection", "Selected vertices, as seen in Edit Mode"),
+            ),
+            name="Into",
+            description="What becomes of the regions",
+            options=options,
+        ),
+    }
+
+
 def parameter_annotations(options: set[str]) -> dict[str, Any]:
     """Return the properties of an analysis."""
     return {row.name: _property(row, options) for row in ROWS}
@@ -229,6 +263,8 @@ class SalientSettings(bpy.types.PropertyGroup):
         **output_annotations(set()),
         **parameter_annotations(set()),
         **level_annotations(set()),
+        **region_annotations(set()),
+        "by_saliency": show_annotations(set())["by_saliency"],
     }
 
     def use_preset(self, name: str) -> None:

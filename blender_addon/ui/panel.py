@@ -10,7 +10,7 @@ import bpy
 from bl_operators.presets import AddPresetBase
 from bl_ui.utils import PresetPanel
 
-from ..operators import levels, live, measure, show, simplify, work
+from ..operators import levels, live, measure, pick, show, simplify, work
 from ..settings import properties
 from ..settings.figures import figures
 from ..settings.layout import draw_kept, draw_output, draw_target
@@ -103,10 +103,17 @@ class VIEW3D_PT_salient_more(_Panel, bpy.types.Panel):
         column = self.layout.column(align=True)
         for kind in show.CLASSES:
             column.operator(kind.bl_idname, text=_short(kind))
+        settings = context.scene.salient_simplify
+        column = self.layout.column()
+        column.prop(settings, "by_saliency")
+        row = column.row(align=True)
+        row.prop(settings, "regions", text="")
+        row.prop(settings, "into", text="")
+        column.operator(pick.OBJECT_OT_salient_pick_regions.bl_idname, text="Pick Regions")
         column = self.layout.column()
         column.operator(live.OBJECT_OT_salient_live.bl_idname, text="Live Simplify")
         for name in ("levels_by", "ratios", "arrange"):
-            column.prop(context.scene.salient_simplify, name)
+            column.prop(settings, name)
         column.operator(levels.OBJECT_OT_salient_levels.bl_idname, text="Levels of Detail")
         column.operator(measure.OBJECT_OT_salient_measure.bl_idname, text="Measure Error")
 
@@ -168,7 +175,14 @@ class VIEW3D_MT_salient(bpy.types.Menu):
             self.layout.operator(kind.bl_idname, text=_short(kind))
 
 
-OPERATORS = simplify.CLASSES + levels.CLASSES + live.CLASSES + show.CLASSES + measure.CLASSES
+OPERATORS = (
+    *simplify.CLASSES,
+    *levels.CLASSES,
+    *live.CLASSES,
+    *show.CLASSES,
+    *pick.CLASSES,
+    *measure.CLASSES,
+)
 
 
 def _short(kind: Any) -> str:

@@ -28,6 +28,8 @@ MAX_KEPT_POINTS = 3_000_000
 """Points that kept analyses may have together; the last one is kept whatever it has."""
 ANALYSIS_SHARE = 0.4
 """Of the time of a simplification, about."""
+MAX_ROWS = 100
+"""Rows of the table of regions that are handed over: the most salient ones."""
 INTEREST_COLOR, OTHER_COLOR = (0.9, 0.1, 0.05), (0.35, 0.35, 0.38)
 
 _analyses: dict[bytes, Analysis] = {}
@@ -216,13 +218,27 @@ def saliency(
 
 
 def regions(
-    *, points: Any, faces: Any, normals: Any, parameters: dict[str, Any], work: Progress
+    *,
+    points: Any,
+    faces: Any,
+    normals: Any,
+    parameters: dict[str, Any],
+    by_saliency: bool = False,
+    work: Progress,
 ) -> dict[str, Any]:
-    """Return the region of every point, and a colour for each region."""
+    """Return the region of every point, a colour for each region, and the table of regions.
+
+    Regions have colours of their own, or those of their mean saliency. "table" has the rows of
+    `Analysis.region_table`, the most salient first.
+    """
     analysis = _analysis(points, faces, normals, parameters, work, 0.9)
     work.part(0.9, 1.0, "Regions")
-    values = analysis.regions
-    return _shown(points, values.astype(np.int32), salcore.region_colors(values))
+    values, table = analysis.regions, analysis.region_table
+    colors = salcore.region_colors(values)
+    if by_saliency:
+        colors = salcore.saliency_colors(np.append(table.mean, 0.0)[values])
+    answer = _shown(points, values.astype(np.int32), colors)
+    return answer | {"table": table.as_dicts()[:MAX_ROWS], "count": len(table)}
 
 
 def interest(
