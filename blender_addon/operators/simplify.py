@@ -46,7 +46,8 @@ class OBJECT_OT_salient_simplify(ModalOperator, bpy.types.Operator):
             "task": "simplify",
             "parameters": properties.parameters(self).as_dict(),
             "targets": [properties.target(self)],
-            "measurable": number if self.measure else None,
+            "number": number,
+            "original_normals": self.original_normals,
             **sources.geometry_with_mesh(source, self),
         }
 
@@ -73,7 +74,9 @@ class OBJECT_OT_salient_simplify(ModalOperator, bpy.types.Operator):
         """Ask for the errors."""
         if not self.measure:
             return None
-        return {"task": "measure", "count": len(self._sources)}
+        failed = self._task.failures
+        numbers = [k for k in range(len(self._task.results)) if k not in failed]
+        return {"task": "measure", "numbers": numbers}
 
     def measured(self, errors: list[dict[str, float]]) -> None:
         """Take the errors of each geometry."""

@@ -21,6 +21,7 @@ def draw_output(layout: Any, settings: Any) -> None:
     layout.prop(settings, "output")
     if settings.output == "NEW":
         layout.prop(settings, "hide_source")
+    layout.prop(settings, "original_normals")
     layout.prop(settings, "measure")
 
 

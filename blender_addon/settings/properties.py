@@ -159,8 +159,23 @@ def keep_annotations(options: set[str]) -> dict[str, Any]:
     return {
         "protect": StringProperty(
             name="Protect",
-            description="Vertex group, or attribute of points, whose points are never removed: "
-            "those of a weight above zero",
+            description="Vertex group, or attribute of points or faces, whose points are never "
+            "removed: those of a weight above zero",
+            options=options,
+        ),
+        "importance": StringProperty(
+            name="Importance",
+            description="Vertex group, or attribute of points or faces, such as one painted: its "
+            "weights say where more points are to stay",
+            options=options,
+        ),
+        "importance_factor": FloatProperty(
+            name="Factor",
+            description="How many times more the removal of a point of weight 1 costs: more keeps "
+            "more points there, and fewer elsewhere",
+            default=10.0,
+            min=0.0,
+            soft_max=1000.0,
             options=options,
         ),
         "keep_seams": BoolProperty(
@@ -210,6 +225,12 @@ def output_annotations(options: set[str]) -> dict[str, Any]:
             description="Hide the original, in the view and when rendered, and select the new "
             "object: they lie in one place and would flicker",
             default=True,
+            options=options,
+        ),
+        "original_normals": BoolProperty(
+            name="Original's Normals",
+            description="Shade a mesh like its original: corners get the normals of the original "
+            "surface, as custom normals",
             options=options,
         ),
         "measure": BoolProperty(

@@ -59,10 +59,13 @@ class VIEW3D_PT_salient(_Panel, bpy.types.Panel):
 
     def _draw_protect(self, layout: Any, context: Any, settings: Any) -> None:
         obj = context.object
-        if obj is not None and obj.type == "MESH":
-            layout.prop_search(settings, "protect", obj, "vertex_groups")
-        elif obj is not None and obj.type == "POINTCLOUD":
-            layout.prop_search(settings, "protect", obj.data, "attributes")
+        for name in ("protect", "importance"):
+            if obj is not None and obj.type == "MESH":
+                layout.prop_search(settings, name, obj, "vertex_groups")
+            elif obj is not None and obj.type == "POINTCLOUD":
+                layout.prop_search(settings, name, obj.data, "attributes")
+        if settings.importance:
+            layout.prop(settings, "importance_factor")
 
 
 def _draw_figures(column: Any, context: Any) -> None:
