@@ -10,7 +10,7 @@ import bpy
 from bl_operators.presets import AddPresetBase
 from bl_ui.utils import PresetPanel
 
-from ..operators import levels, live, measure, pick, show, simplify, work
+from ..operators import levels, live, measure, pick, preview, show, simplify, work
 from ..settings import properties
 from ..settings.figures import figures
 from ..settings.layout import draw_kept, draw_output, draw_target
@@ -46,10 +46,15 @@ class VIEW3D_PT_salient(_Panel, bpy.types.Panel):
         row.scale_y = 1.4  # for both, so that nothing moves when work begins or ends
         if busy:
             row.progress(factor=figures.fraction, text=f"{figures.stage} (Esc: cancel)")
+        elif figures.preview:
+            end = preview.OBJECT_OT_salient_preview_end.bl_idname
+            row.operator(end, text="Apply").apply = True
+            row.operator(end, text="Discard").apply = False
         else:
             row.operator(simplify.OBJECT_OT_salient_simplify.bl_idname, text="Simplify")
+            row.operator(preview.OBJECT_OT_salient_preview.bl_idname, text="Preview")
         column = layout.column()
-        column.enabled = not busy
+        column.enabled = not figures.busy
         column.use_property_split = True
         column.use_property_decorate = False
         draw_output(column, settings)
@@ -102,7 +107,7 @@ class VIEW3D_PT_salient_more(_Panel, bpy.types.Panel):
 
     def draw(self, context: Any) -> None:
         """Draw the other operators."""
-        self.layout.enabled = not figures.stage
+        self.layout.enabled = not figures.busy
         column = self.layout.column(align=True)
         for kind in show.CLASSES:
             column.operator(kind.bl_idname, text=_short(kind))
@@ -155,7 +160,7 @@ class VIEW3D_PT_salient_advanced(_Panel, bpy.types.Panel):
     def draw(self, context: Any) -> None:
         """Draw the parameters, grouped."""
         layout, settings = self.layout, context.scene.salient_simplify
-        layout.enabled = not figures.stage
+        layout.enabled = not figures.busy
         layout.use_property_split = True
         layout.use_property_decorate = False
         for group in properties.GROUPS:

@@ -5,6 +5,8 @@ Blender draws no panel without a window. A layout that looks every name up in Bl
 registry takes its place here.
 """
 
+from types import SimpleNamespace
+
 import bpy
 import pytest
 import scenes
@@ -35,8 +37,9 @@ class Layout:
 
     def operator(self, name, text=""):
         module, function = name.split(".")
-        getattr(getattr(bpy.ops, module), function).get_rna_type()
+        kind = getattr(getattr(bpy.ops, module), function).get_rna_type()
         self.drawn.append(name)
+        return SimpleNamespace(**dict.fromkeys(kind.properties.keys()))
 
     def label(self, text=""):
         self.drawn.append(text)
@@ -107,6 +110,7 @@ def test_the_panels_draw_what_there_is(module):
     panel = module("ui.panel")
     drawn = Shown(panel.VIEW3D_PT_salient).layout.drawn
     assert drawn[:3] == ["target", "ratio", "object.salient_simplify"]
+    assert drawn[3] == "object.salient_preview"
     assert "protect" not in drawn
     scenes.torus()
     bpy.ops.object.salient_simplify(hide_source=False, placement="original", ratio=0.5)
@@ -123,7 +127,10 @@ def test_the_panels_draw_what_there_is(module):
     drawn = Shown(panel.VIEW3D_PT_salient).layout.drawn
     assert "Graph (Esc: cancel)" in drawn
     assert "object.salient_simplify" not in drawn
-    figures.stage = ""
+    figures.stage, figures.preview = "", "shown"
+    drawn = Shown(panel.VIEW3D_PT_salient).layout.drawn
+    assert drawn[2:4] == ["object.salient_preview_end"] * 2
+    figures.preview = ""
     drawn = Shown(panel.VIEW3D_PT_salient_advanced).layout.drawn
     assert [name for name in drawn if name in dir(bpy.context.scene.salient_simplify)] == [
         row.name for row in module("settings.properties").ROWS
