@@ -189,13 +189,13 @@ class Parameters:
         sentence="Regions of like saliency that a border is worth (islands: eyes, mouth, hair), "
         "regions that ridges of saliency enclose (basins: the faces of a part), or connected "
         "points of like saliency (components, as published).")
-    region_contrast: float = _row("Regions", 0.3, "Contrast of islands", minimum=0.0, maximum=1.0,
+    region_contrast: float = _row("Regions", 0.25, "Contrast of islands", minimum=0.0, maximum=1.0,
         sentence="Difference in saliency from which an island of their size stands apart.")
-    region_size: float = _row("Regions", 2.0, "Size of islands", minimum=0.0, maximum=100.0,
+    region_size: float = _row("Regions", 1.0, "Size of islands", minimum=0.0, maximum=100.0,
         unit="%",
         sentence="Size, in per cent of the diagonal, from which an island of their contrast stands "
         "apart.")
-    persistence: float = _row("Regions", 0.15, "Depth of basins", minimum=0.0, maximum=1.0,
+    persistence: float = _row("Regions", 0.17, "Depth of basins", minimum=0.0, maximum=1.0,
         sentence="Depth in saliency from which a basin stays apart.")
     tolerance: float = _row("Regions", 0.08, "Tolerance", paper=0.00874, minimum=0.0, maximum=1.0,
         symbol="σ (4.1)",
@@ -219,11 +219,24 @@ class Parameters:
         maximum=100.0,
         sentence="Further weight of the points on the regions' boundaries in the order of "
         "elimination.")
+    regions_of_interest: int = _row("Elimination", 0, "Regions of interest", minimum=0,
+        maximum=2**31 - 1,
+        sentence="So many of the most salient regions are kept denser; 0 keeps none so.")
+    interest_density: float = _row("Elimination", 4.0, "Interest density", minimum=1.0,
+        maximum=100.0, unit="times",
+        sentence="About how many times as dense the regions of interest are kept as they else "
+        "would be, against the rest.")
+    keep_regions: bool = _row("Elimination", False, "Keep regions' borders",
+        sentence="Borders between regions stay as lines, as seams do.")
     evenness: float = _row("Elimination", 0.1, "Evenness", minimum=0.0, maximum=100.0,
         sentence="Weight of even spacing in the order of elimination, for points that no face "
         "uses.")
     border_weight: float = _row("Elimination", 1.0, "Border weight", minimum=0.0, maximum=1000.0,
         sentence="Weight of open borders and rims against the faces beside them.")
+    attribute_weight: float = _row("Elimination", 0.01, "Attribute weight", minimum=0.0,
+        maximum=100.0, unit="spacings",
+        sentence="How far from the surface a point of the most different colour seems to lie, in "
+        "mean spacings: more keeps the borders of colours and costs shape; the default costs none.")
     placement: str = _row("Elimination", "original", "Placement", choices=("original", "optimal"),
         sentence="Kept vertices of a mesh stay original points, or move to where the error is "
         "least (optimal).")

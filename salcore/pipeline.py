@@ -104,6 +104,7 @@ def simplify(
     keep_seams: bool = True,
     keep_border: bool = False,
     keep_topology: bool = False,
+    point_values: ArrayLike | None = None,
     progress: Callback | None = None,
     **target: Any,
 ) -> Simplification:
@@ -145,6 +146,7 @@ def simplify(
         keep_seams=keep_seams,
         keep_border=keep_border,
         keep_topology=keep_topology,
+        point_values=point_values,
         progress=second,
         **target,
     )

@@ -3,6 +3,8 @@
 
 surface             the triangles that are simplified: a mesh's faces, a cloud's stars
 quadrics            sums of squared distances to planes
+weights             what a removal costs beside: saliency, importance, values
+attribute_costs     differences of colours and other values of points
 costs               what a collapse costs
 half_edges          the edges that are left, both ways, with their costs
 one_rings           the faces and edges round the vertices that a round removes

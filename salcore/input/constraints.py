@@ -21,6 +21,7 @@ from .wedges import Wedges, build_wedges
 WANTED = {
     "protect": "one value a point",
     "importance": "one value a point",
+    "point_values": "values of points as an array of shape (N, d)",
     "seams": "pairs of points as an array of integers of shape (rows, 2)",
 }
 """What arguments should be, for messages."""
@@ -49,6 +50,8 @@ class Constraints:
         Vertices on the border of the faces, if they are to stay as they are.
     keep_topology : bool
         Whether nothing may go that makes, joins or closes parts, holes and handles.
+    values : (n, d) float64 or None
+        Values of the vertices that the order looks at, as shares of their largest range.
     """
 
     protect: Mask
@@ -60,6 +63,7 @@ class Constraints:
     protected_copies: int = 0
     border: Mask | None = None
     keep_topology: bool = False
+    values: Floats | None = None
 
     @classmethod
     def check(
@@ -73,6 +77,7 @@ class Constraints:
         keep_seams: bool = True,
         keep_border: bool = False,
         keep_topology: bool = False,
+        point_values: ArrayLike | None = None,
     ) -> Constraints:
         """Translate constraints on input points into ones on vertices.
 
@@ -94,7 +99,16 @@ class Constraints:
             lines = np.concatenate([lines, wedges.seams])
         border = border_vertices(geometry) if keep_border else None
         return cls(
-            protected, important, lines, points, layers, wedges, copies, border, bool(keep_topology)
+            protected,
+            important,
+            lines,
+            points,
+            layers,
+            wedges,
+            copies,
+            border,
+            bool(keep_topology),
+            _values(geometry, point_values),
         )
 
     @property
@@ -171,6 +185,26 @@ def _of_vertices(geometry: Geometry, values: ArrayLike | None, name: str, larges
     valid = geometry.vertex_of >= 0
     np.maximum.at(result, geometry.vertex_of[valid], array[valid])
     return result
+
+
+def _values(geometry: Geometry, values: ArrayLike | None) -> Floats | None:
+    """Return values (n, d) of vertices as shares of the largest range of a column, or None."""
+    if values is None:
+        return None
+    array = real_numbers(values, "point_values", WANTED["point_values"])
+    if array.ndim not in (1, 2) or len(array) != geometry.input_count:
+        raise GeometryError(
+            f"point_values of shape {array.shape}: give a row for each of the "
+            f"{geometry.input_count} points"
+        )
+    rows = array.reshape(len(array), -1)[geometry.input_of]
+    rows = np.where(np.isfinite(rows), rows, 0.0)
+    if not rows.size:
+        return None
+    # Halves first: the range of the largest doubles is infinite.
+    rows = 0.5 * rows - 0.5 * rows.min(axis=0)
+    largest = rows.max()
+    return rows / largest if largest > 0.0 else None
 
 
 def _edges(geometry: Geometry, seams: ArrayLike | None) -> Ints:

@@ -20,7 +20,7 @@ NEIGHBORS_SHARE, CELLS_SHARE = 3.2, 8.0
 over m, times the noise's. Fitted on planes with three strengths of noise and two densities."""
 MEAN_OF_SQUARE = 0.886
 """Mean of an angle by the root of its mean square, where noise in two directions makes it."""
-HALFWAY = 0.05
+HALFWAY = 0.1
 """Noise of a map at which smoothing has half its strength."""
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays.types import Floats, Indices
+from ..arrays.types import Floats, Indices, Integers, Ints
 from ..arrays.vectors import sum_by_label
 from ..input.geometry import Geometry
 from ..parameters import Parameters
@@ -126,3 +126,21 @@ def describe_regions(
         largest,
         *(corner / unit + geometry.centre for corner in (centre, low, high)),
     )
+
+
+def border_lines(triangles: Integers, labels: Indices) -> Ints:
+    """Return edges (s, 2) that run along the borders between regions, each once.
+
+    A triangle with two corners in one region and one in another has one edge along the border; of
+    the two sides of a border, that of the more salient region is taken.
+    """
+    label = labels[triangles]
+    pairs = []
+    for k in range(3):
+        first, second = (triangles[:, (k + c) % 3] for c in range(2))
+        one, two, beyond = (label[:, (k + c) % 3] for c in range(3))
+        along = (one == two) & (one < beyond)
+        pairs.append(np.column_stack([first[along], second[along]]))
+    ends = np.sort(np.concatenate(pairs), axis=1)
+    lines: Ints = np.unique(ends, axis=0).astype(np.int32)
+    return lines
