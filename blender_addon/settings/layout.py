@@ -21,12 +21,11 @@ def draw_output(layout: Any, settings: Any) -> None:
     layout.prop(settings, "output")
     if settings.output == "NEW":
         layout.prop(settings, "hide_source")
-    layout.prop(settings, "original_normals")
     layout.prop(settings, "measure")
 
 
 def draw_kept(layout: Any, settings: Any) -> None:
-    """Draw the switches of what has to stay."""
+    """Draw what has to stay, and how the result is shaded."""
     column = layout.column(heading="Keep", align=True)
     for name, text in (
         ("keep_seams", "Seams"),
@@ -35,3 +34,4 @@ def draw_kept(layout: Any, settings: Any) -> None:
         ("keep_topology", "Topology"),
     ):
         column.prop(settings, name, text=text)
+    layout.prop(settings, "original_normals")

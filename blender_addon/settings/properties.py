@@ -15,8 +15,12 @@ from .figures import Figures, figures
 HIDDEN = {"error_unit"}
 """Rows that a scene decides: lengths are always in its unit."""
 ROWS = tuple(row for row in TABLE if row.name not in HIDDEN)
+QUALITY = (
+    "detail", "evenness", "level", "regions_of_interest", "interest_density", "refine",
+)  # fmt: skip
+"""Rows that anyone may want to turn, in a panel of their own."""
 GROUPS = tuple(dict.fromkeys(row.group for row in ROWS))
-"""The stages in the paper's order; each is a heading of the advanced panel."""
+"""The stages in the paper's order; each is a heading of the panel of all other rows."""
 
 SOURCES = (
     ("ORIGINAL", "Original", "The object's own geometry, before its modifiers; they stay"),

@@ -17,6 +17,8 @@ from ..settings.layout import draw_kept, draw_output, draw_target
 
 PRESETS = "salient_simplify"
 """Folder of the presets, in Blender's preset folders."""
+SHOWN_ABOVE = ("placement", *properties.QUALITY)
+"""Parameters that other panels draw."""
 NO_FIGURE = "\N{EN DASH}"
 PRESET_PATH = str(Path(__file__).parents[1])
 
@@ -58,9 +60,25 @@ class VIEW3D_PT_salient(_Panel, bpy.types.Panel):
         column.use_property_split = True
         column.use_property_decorate = False
         draw_output(column, settings)
-        draw_kept(column, settings)
-        self._draw_protect(column, context, settings)
         _draw_figures(layout.box().column(align=True), context)
+
+
+class VIEW3D_PT_salient_quality(_Panel, bpy.types.Panel):
+    """What has to stay, and where points matter more"""
+
+    bl_label = "Quality"
+    bl_parent_id = "VIEW3D_PT_salient"
+
+    def draw(self, context: Any) -> None:
+        """Draw switches, weights and the parameters that anyone may want to turn."""
+        layout, settings = self.layout, context.scene.salient_simplify
+        layout.enabled = not figures.busy
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        draw_kept(layout, settings)
+        self._draw_protect(layout, context, settings)
+        for name in properties.QUALITY:
+            layout.prop(settings, name)
 
     def _draw_protect(self, layout: Any, context: Any, settings: Any) -> None:
         obj = context.object
@@ -147,9 +165,9 @@ class OBJECT_OT_salient_preset_add(AddPresetBase, bpy.types.Operator):
 
 
 class VIEW3D_PT_salient_advanced(_Panel, bpy.types.Panel):
-    """Parameters of the analysis, in the paper's order"""
+    """All other parameters, in the paper's order"""
 
-    bl_label = "Advanced"
+    bl_label = "Paper"
     bl_parent_id = "VIEW3D_PT_salient"
     bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012 - Blender reads the class attribute
 
@@ -168,7 +186,7 @@ class VIEW3D_PT_salient_advanced(_Panel, bpy.types.Panel):
             header.label(text=group)
             if body is not None:
                 for row in properties.ROWS:
-                    if row.group == group:
+                    if row.group == group and row.name not in SHOWN_ABOVE:
                         body.prop(settings, row.name)
 
 
@@ -205,6 +223,7 @@ def _draw_menu(self: Any, context: Any) -> None:
 
 CLASSES: tuple[Any, ...] = (
     VIEW3D_PT_salient,
+    VIEW3D_PT_salient_quality,
     VIEW3D_PT_salient_more,
     VIEW3D_PT_salient_presets,
     OBJECT_OT_salient_preset_add,

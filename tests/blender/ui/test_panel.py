@@ -111,13 +111,14 @@ def test_the_panels_draw_what_there_is(module):
     drawn = Shown(panel.VIEW3D_PT_salient).layout.drawn
     assert drawn[:3] == ["target", "ratio", "object.salient_simplify"]
     assert drawn[3] == "object.salient_preview"
-    assert "protect" not in drawn
+    assert "protect" not in Shown(panel.VIEW3D_PT_salient_quality).layout.drawn
     scenes.torus()
     bpy.ops.object.salient_simplify(hide_source=False, placement="original", ratio=0.5)
     bpy.context.scene.salient_simplify.target = "MAX_ERROR"
     drawn = Shown(panel.VIEW3D_PT_salient).layout.drawn
     assert drawn[1] == "max_error"
-    assert "protect" in drawn
+    kept = Shown(panel.VIEW3D_PT_salient_quality).layout.drawn
+    assert {"protect", "importance", "keep_seams", "keep_border"} <= set(kept)
     text = " ".join(drawn)
     assert "400 of 800 points" in text
     assert "50.00% removed" in text
@@ -131,10 +132,10 @@ def test_the_panels_draw_what_there_is(module):
     drawn = Shown(panel.VIEW3D_PT_salient).layout.drawn
     assert drawn[2:4] == ["object.salient_preview_end"] * 2
     figures.preview = ""
-    drawn = Shown(panel.VIEW3D_PT_salient_advanced).layout.drawn
-    assert [name for name in drawn if name in dir(bpy.context.scene.salient_simplify)] == [
-        row.name for row in module("settings.properties").ROWS
-    ]
+    names = [row.name for row in module("settings.properties").ROWS]
+    panels = ("VIEW3D_PT_salient", "VIEW3D_PT_salient_quality", "VIEW3D_PT_salient_advanced")
+    drawn = [name for kind in panels for name in Shown(getattr(panel, kind)).layout.drawn]
+    assert sorted(name for name in drawn if name in names) == sorted(names)  # each once
     more = Shown(panel.VIEW3D_PT_salient_more).layout.drawn
     menu = Shown(panel.VIEW3D_MT_salient).layout.drawn
     assert {kind.bl_idname for kind in panel.OPERATORS} == set(menu)
