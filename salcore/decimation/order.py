@@ -34,6 +34,7 @@ from .legality import (
 from .one_rings import Corners, OneRings
 from .parts import Parts, faces_without, share_ranks
 from .quadrics import vertex_quadrics
+from .thresholds import LAST_STEP, Scale, Thresholds, first_step
 from .wedge_collapses import WedgeCollapses
 
 # The schedule of the rounds. Shares are of the living vertices where nothing else is said.
@@ -88,6 +89,10 @@ class Elimination:
     """Least count before collapses that change the topology of a surface."""
     part_ranks: Indices = field(default_factory=lambda: np.empty(0, dtype=np.intp))
     """Ranks of the parts that go whole, ascending."""
+    step: Ints | None = None
+    """Step of the threshold (n,) in the round in which each went; None without `Thresholds`."""
+    cost: Floats | None = None
+    """Cost (n,) at which each went."""
 
 
 def eliminate(
@@ -100,6 +105,7 @@ def eliminate(
     priority: Integers | None = None,
     wedges: Wedges | None = None,
     keep_topology: bool = False,
+    scale: Scale | None = None,
 ) -> Elimination:
     """Return the order of elimination.
 
@@ -123,6 +129,9 @@ def eliminate(
         Of the first of the faces. Where there are seams, collapses that tear charts are put off.
     keep_topology : bool
         No part goes whole, and the end is where only collapses are left that change the topology.
+    scale : Scale, optional
+        What a tile of a cloud takes over from the whole. Large clouds, which have a `priority`,
+        find their own.
 
     Notes
     -----
@@ -133,7 +142,8 @@ def eliminate(
     left, they are done all the same, so that what is left ends in one vertex.
     """
     rounds = progress.part(START_SHARE, 1.0)
-    state = _start(points, faces, links, weights, seams, priority, progress.part(0.0, START_SHARE))
+    part = progress.part(0.0, START_SHARE)
+    state = _start(points, faces, links, weights, seams, priority, scale, part)
     if wedges is not None:
         state.wedges = WedgeCollapses.of_faces(wedges, faces)
         state.charts_hold = bool(state.half_edges.seam.any())
@@ -152,6 +162,8 @@ def eliminate(
         rings = OneRings.find(collapses, state.half_edges.source, state.corners, len(least))
         performed = state.select_legal(rings)
         state.perform(rings, performed, least, leaving)
+        if state.thresholds is not None:
+            state.thresholds.rise()
         if state.living < COMPACT * len(state.vertex_id):
             state.compact()
         rounds(1.0 - state.living / max(len(points), 1))
@@ -196,6 +208,11 @@ class _State:
     removed: list[Indices] = field(default_factory=list)
     """The vertices of the whole surface that each round removed, cheapest first."""
     rounds: list[tuple[int, int, float]] = field(default_factory=list)
+    thresholds: Thresholds | None = None
+    steps: list[int] = field(default_factory=list)
+    """Step of the threshold of each round."""
+    costs_then: list[Floats] = field(default_factory=list)
+    """Costs of what each round removed."""
 
     def find_cheapest(self) -> Floats:
         """Return the cost (n,) of every vertex's cheapest collapse; infinite for none."""
@@ -217,6 +234,8 @@ class _State:
         finite = least[np.isfinite(least)]
         if not len(finite):
             return np.zeros(len(least), dtype=bool), leaving
+        if self.thresholds is not None and self.living > SMALL:
+            return self.thresholds.candidates(least) & ~leaving, np.zeros_like(leaving)
         share = CANDIDATES if self.living > SMALL else CANDIDATES_IF_SMALL
         place = min(len(finite) - 1, int(share * self.candidate_factor * self.living))
         cheap = np.asarray(least <= np.partition(finite, place)[place])
@@ -292,6 +311,9 @@ class _State:
             together = together[np.argsort(least[together], kind="stable")]
             self.parts.remove(together)
         self.removed.append(self.vertex_id[together])
+        if self.thresholds is not None:
+            self.costs_then.append(least[together])
+            self.steps.append(self.thresholds.step)
         self.living -= len(together)
         self.since_retry += len(together)
         self.rounds.append((self.living, len(together), float(least[together[-1]])))
@@ -358,6 +380,7 @@ def _start(
     weights: Weights,
     seams: Integers | None,
     priority: Integers | None,
+    scale: Scale | None,
     progress: Progress,
 ) -> _State:
     """Return the whole surface."""
@@ -369,7 +392,8 @@ def _start(
         seam = edges.among(seams, count)
     if np.count_nonzero(seam) > MAX_SEAMS * len(seam):
         seam[:] = False
-    quadrics, areas = vertex_quadrics(points, faces, edges, weights.border, seam)
+    mean_face = None if scale is None else scale.mean_face
+    quadrics, areas = vertex_quadrics(points, faces, edges, weights.border, seam, mean_face)
     progress(0.6)
     low = np.concatenate([edges.low, links[0]])
     high = np.concatenate([edges.high, links[1]])
@@ -383,8 +407,13 @@ def _start(
         summed = areas[np.argsort(priority)]  # sums depend on their order
     progress(0.8)
     mean_area = float(summed.mean()) if areas.any() else 1.0
+    if scale is not None:
+        mean_area = scale.mean_area
     costs = Costs.of_vertices(points, quadrics, areas, weights, mean_area)
     half_edges = HalfEdges.of_edges(low, high, seam, costs, ties)
+    thresholds = None
+    if priority is not None or scale is not None:
+        thresholds = Thresholds(first_step(mean_area))
     progress(1.0)
     return _State(
         costs,
@@ -397,6 +426,7 @@ def _start(
         parent=np.full(count, -1, dtype=np.intp),
         mean_square=np.zeros(count),
         living=count,
+        thresholds=thresholds,
     )
 
 
@@ -431,6 +461,14 @@ def _number_vertices(state: _State, priority: Integers | None) -> Elimination:
         left = np.flatnonzero(wedge_parent < 0)
         root = state.wedges.wedges.first[order[0]]
         wedge_parent[left] = np.where(rank[state.wedges.wedges.vertex[left]] == 0, left, root)
+    step = cost = None
+    if state.thresholds is not None:
+        step, cost = np.full(count, LAST_STEP, dtype=np.int32), np.full(count, np.inf)
+        sizes = [len(vertices) for vertices in state.removed]
+        step[removed] = np.repeat(state.steps, sizes)
+        cost[removed] = np.concatenate([*state.costs_then, np.empty(0)])
     least = state.topology_count or state.living
     parts = share_ranks(rank, state.gone_parts)
-    return Elimination(rank, parent, error, tuple(state.rounds), wedge_parent, least, parts)
+    return Elimination(
+        rank, parent, error, tuple(state.rounds), wedge_parent, least, parts, step, cost
+    )
