@@ -15,6 +15,8 @@ from .arrays.blocks import set_workers
 from .arrays.types import Floats, Indices, Mask
 from .decimation.costs import Weights
 from .decimation.cut import Ranking, cut_faces, input_ranking, living_ancestors, optimal_positions
+from .decimation.fitting import fit_positions
+from .decimation.flips import FlipMesh
 from .decimation.order import Elimination, eliminate
 from .decimation.refine import fixed_edges, refine_faces
 from .decimation.samples import Samples
@@ -28,7 +30,7 @@ from .method.interest import boundary_extremities, select
 from .method.regions import Regions, build_regions
 from .method.saliency import Saliency
 from .parameters import Parameters
-from .progress import Callback, Progress
+from .progress import SILENT, Callback, Progress
 from .simplification import Simplification
 
 
@@ -145,7 +147,7 @@ class Analysis:
         Notes
         -----
         The order of elimination is worked out once and kept, unless `protect`, `importance` or
-        `seams` change; every further count is a cut through it, in O(n).
+        `seams` change; every further count is a cut through it, in O(n), which then is refined.
 
         Results depend on nothing but the input. The order of its points decides ties: which points
         a coverage guard adds (`Parameters.max_gap`), and a lattice's diagonals.
@@ -171,11 +173,11 @@ class Analysis:
             available = int(np.count_nonzero(self.geometry.vertex_of >= 0))
             protected = int(constraints.protect.sum())
             if name == "max_error":
-                count = self._within_error(elimination, constraints, value, work.part(0.9, 1.0))
+                count = self._within_error(elimination, constraints, value, work.part(0.9, 0.98))
             else:
                 count = count_for(name, value, available, protected)
-            work.part(1.0, 1.0, "Cut")
-            return self._cut(elimination, constraints, count, begun)
+            part = work.part(0.98, 1.0, "Cut")
+            return self._cut(elimination, constraints, count, begun, part)
 
     def ranking(
         self,
@@ -285,39 +287,55 @@ class Analysis:
 
     @cached_property
     def _samples(self) -> Samples:
-        """The mesh's vertices as samples of its surface, none of them assigned."""
-        return Samples.of_vertices(self.geometry.points, self.geometry.faces)
+        """The mesh's vertices and the middles of its faces, by their area and saliency."""
+        factor = 1.0 + self.parameters.detail * self.saliency_map.scaled
+        return Samples.of_surface(self.geometry.points, self.geometry.faces, factor)
 
     def _cut(
-        self, elimination: Elimination, constraints: Constraints, count: int, begun: float
+        self,
+        elimination: Elimination,
+        constraints: Constraints,
+        count: int,
+        begun: float,
+        progress: Progress = SILENT,
     ) -> Simplification:
         """Return the simplification to the first `count` ranks, and then to duplicates."""
-        geometry = self.geometry
         source = living_ancestors(elimination, count)
         kept = np.flatnonzero(elimination.rank < count)
-        faces = left = corners = positions = None
-        if len(geometry.faces):
-            faces, left = cut_faces(geometry.faces, source)
-            corners = 3 * left[:, None] + np.arange(3)
-            if self.parameters.refine:
-                fixed = fixed_edges(faces, source, constraints.seams, constraints.protect)
-                samples = self._samples.standing_for(faces, source)
-                faces, corners = refine_faces(geometry.points, faces, corners, samples, fixed)
-            if self.parameters.placement == "optimal":
-                weight = self.parameters.border_weight
-                positions = optimal_positions(
-                    geometry.points, geometry.faces, weight, source, faces
+        mesh: dict[str, Any] = {}
+        if len(self.geometry.faces):
+            mesh = self._cut_mesh(source, constraints, progress)
+        progress(1.0)
+        return self._result(kept, source, begun, copies=count - len(kept), **mesh)
+
+    def _cut_mesh(
+        self, source: Indices, constraints: Constraints, progress: Progress
+    ) -> dict[str, Any]:
+        """Return faces, where they come from, and positions, all of them refined."""
+        geometry, parameters = self.geometry, self.parameters
+        faces, left = cut_faces(geometry.faces, source)
+        corners = 3 * left[:, None] + np.arange(3)
+        positions = None
+        if parameters.placement == "optimal":
+            weight = parameters.border_weight
+            positions = optimal_positions(geometry.points, geometry.faces, weight, source, faces)
+            positions[constraints.protect] = geometry.points[constraints.protect]
+        if parameters.refine:
+            fixed = fixed_edges(faces, source, constraints.seams, constraints.protect)
+            mesh = FlipMesh.of(faces, corners, len(source), fixed)
+            if positions is None:
+                refine_faces(mesh, geometry.points, self._samples, source, progress)
+            else:
+                positions = fit_positions(
+                    mesh, positions, self._samples, source, constraints.protect, progress
                 )
-        return self._result(
-            kept,
-            source,
-            begun,
-            faces=faces,
-            face_source=left,
-            corner_origin=corners,
-            positions=positions,
-            copies=count - len(kept),
-        )
+            faces, corners = mesh.faces, mesh.corners
+        return {
+            "faces": faces,
+            "face_source": left,
+            "corner_origin": corners,
+            "positions": positions,
+        }
 
     def _result(
         self,

@@ -10,5 +10,10 @@ legality            which collapses a surface can bear
 order               the rounds of collapses: rank, parent and error of every vertex
 cut                 what a count keeps, and what stands for the rest
 targets             what a caller asks for, as a count
+samples             of the original surface, by which a cut is refined
+nearest_faces       the face of a cut that each sample lies nearest to
+flips               edge flips: which are legal, what they gain, which can be done together
+refine              flips after the cut
+fitting             positions and flips that bring a cut nearest to its original
 attribute_transfer  where corners and edges of the result take their values from
 """
