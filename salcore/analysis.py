@@ -4,99 +4,50 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from .arrays.blocks import set_workers
-from .arrays.types import Floats, Indices, Mask
-from .decimation.costs import Weights
-from .decimation.cut import Ranking, cut_faces, input_ranking, living_ancestors, optimal_positions
-from .decimation.fitting import fit_positions
-from .decimation.flips import FlipMesh
+from .arrays.types import Indices
+from .cuts import Cuts
+from .decimation.cut import Ranking, input_ranking
 from .decimation.order import Elimination, eliminate
-from .decimation.refine import fixed_edges, refine_faces
 from .decimation.samples import Samples
-from .decimation.surface import GUESSED_BORDER, elimination_surface
-from .decimation.targets import count_for, count_within, one_target
-from .input.constraints import Constraints
-from .input.geometry import Geometry
-from .method.frames import Frames
-from .method.graph import Graph
-from .method.interest import boundary_extremities, select
-from .method.regions import Regions, build_regions
-from .method.saliency import Saliency
-from .parameters import Parameters
-from .progress import SILENT, Callback, Progress
+from .decimation.surface import elimination_surface
+from .decimation.targets import one_target
+from .decimation.weights import weigh_removals
+from .input.constraints import Constraints, fingerprint
+from .maps import Maps
+from .method.interest import select
+from .progress import Callback, Progress
 from .simplification import Simplification
 
 
 @dataclass(eq=False)
 class _Order:
-    """The last order of elimination, and what it was made for."""
+    """The last constraints, by their fingerprint, and the order of elimination under them."""
 
-    key: tuple[bytes, ...] = ()
+    key: bytes = b""
+    constraints: Constraints | None = None
     elimination: Elimination | None = None
 
 
 @dataclass(frozen=True, eq=False)
-class Analysis:
-    """All that is known of a geometry before anyone says how much of it to keep.
+class Analysis(Maps):
+    """All that is known of a geometry before anyone says how much of it to keep: see `Maps`."""
 
-    Attributes
-    ----------
-    geometry : Geometry
-        The cleaned input. The attributes below speak of its n vertices.
-    graph : Graph
-    frames : Frames
-    saliency_map : Saliency
-    segmentation : Regions
-        Worked out when first asked for.
-    extremities : (n,) bool
-        Interest points on the regions' boundaries; they do not depend on α. Worked out when first
-        asked for.
-    parameters : Parameters
-    seconds : float
-        Time the analysis took.
-    """
-
-    geometry: Geometry
-    graph: Graph
-    frames: Frames
-    saliency_map: Saliency
-    parameters: Parameters
-    seconds: float
     _order: _Order = field(init=False, default_factory=_Order, repr=False)
 
     @cached_property
-    def segmentation(self) -> Regions:
-        with set_workers(self.parameters.workers):
-            return build_regions(
-                self.geometry, self.graph, self.saliency_map.scaled, self.parameters.tolerance
-            )
-
-    @cached_property
-    def extremities(self) -> Mask:
-        angle = self.parameters.collinear_angle
-        return boundary_extremities(self.geometry.points, self.segmentation, angle)
-
-    @property
-    def saliency(self) -> Floats:
-        """(N,) float64 in [0, 1] over all input points, high = salient; 0 for dropped points."""
-        return self._of_input(self.saliency_map.scaled, 0.0)
-
-    @property
-    def regions(self) -> NDArray[np.int64]:
-        """(N,) int64 region of every input point, numbered from 0; -1 for dropped points."""
-        return self._of_input(self.segmentation.labels, -1).astype(np.int64)
-
-    @property
-    def normals(self) -> Floats:
-        """(N, 3) float64 unit normals of all input points; zero where there is none."""
-        return self._of_input(self.frames.normals, 0.0)
+    def _samples(self) -> Samples:
+        """The mesh's vertices and the middles of its faces, by their area and saliency."""
+        factor = 1.0 + self.parameters.detail * self.saliency_map.scaled
+        return Samples.of_surface(self.geometry.points, self.geometry.faces, factor)
 
     @property
     def rounds(self) -> tuple[tuple[int, int, float], ...]:
@@ -109,6 +60,12 @@ class Analysis:
         protect: ArrayLike | None = None,
         importance: ArrayLike | None = None,
         seams: ArrayLike | None = None,
+        corner_values: ArrayLike | Sequence[ArrayLike] | None = None,
+        corner_normals: ArrayLike | None = None,
+        keep_seams: bool = True,
+        keep_border: bool = False,
+        keep_topology: bool = False,
+        point_values: ArrayLike | None = None,
         progress: Callback | None = None,
         **target: float | None,
     ) -> Simplification:
@@ -117,21 +74,42 @@ class Analysis:
         Parameters
         ----------
         ratio : float
-            Share of the valid input points to keep, exact to the point.
+            Share of the valid input points to keep, exact to the point. On a mesh equal points
+            count once: one place may need several, for its corners' values.
         count : int
-            Number of points to keep, exact.
+            Number of points to keep, exact, counted likewise.
+        faces : int
+            Number of faces of a mesh to keep, or the nearest below that points make.
         max_error : float
             Largest distance from an input point to the simplified surface, as the report measures
             it: a share of the diagonal, or a length with ``error_unit="length"``.
         alpha : float
             Threshold α of (4.7), in per cent, at least 0: more keeps fewer points.
         protect : (N,) array_like of bool, optional
-            Points that are never removed.
+            Points that are never removed; one that equals another counts for itself.
         importance : (N,) array_like of float, optional
             At least 0; a point's removal costs 1 + importance times as much.
         seams : (S, 2) array_like of int, optional
-            Edges of a mesh that stay as lines, such as `find_seams` finds in texture coordinates;
-            a threshold α does not look at them.
+            Further edges of a mesh that stay as lines; a threshold α does not look at them.
+        corner_values : (F, 3, d) array_like, or a list of such arrays, optional
+            Values of the corners of all faces, one array a layer: texture coordinates, colours,
+            a material's number. Edges on whose two sides a layer differs are seams, which stay as
+            lines; no value goes over from one chart to another (`Simplification.face_corners`).
+            Without layers, equal points are told apart: files split them along seams.
+        corner_normals : (F, 3, 3) array_like, optional
+            One more layer: normals of the corners, which differ from 10 degrees on.
+        keep_seams : bool
+            False lets the seams of values go like other edges, but not those of `seams`; values
+            still keep to their charts where they can.
+        keep_border : bool
+            Points on the border of a mesh, where edges have one face, neither move nor go: tiles
+            that meet there still meet. A target of fewer points stops at these.
+        keep_topology : bool
+            No part of a mesh goes or falls apart, no hole or handle closes. A target of fewer
+            points stops at the fewest with which that is so.
+        point_values : (N, d) array_like of float, optional
+            Values of points, such as colours, whose differences count beside distances, by
+            `Parameters.attribute_weight`; the largest range among the columns is 1.
         progress : callable, optional
             Called with stage and fraction; returning False cancels.
 
@@ -140,14 +118,16 @@ class Analysis:
         ParameterError
             If not exactly one target is given, or it is out of bounds.
         GeometryError
-            If `protect` or `importance` is not one value a point, or `seams` are no edges.
+            If `protect` or `importance` is not one value a point, `seams` are no edges, or values
+            of corners are not for all corners.
         Cancelled
             If `progress` returned False.
 
         Notes
         -----
-        The order of elimination is worked out once and kept, unless `protect`, `importance` or
-        `seams` change; every further count is a cut through it, in O(n), which then is refined.
+        The order of elimination is worked out once and kept, unless what is given besides the
+        target changes; every further count is a cut through it, in O(n),
+        which on a mesh is refined (`Parameters.refine`).
 
         Results depend on nothing but the input. The order of its points decides ties: which points
         a coverage guard adds (`Parameters.max_gap`), and a lattice's diagonals.
@@ -164,20 +144,32 @@ class Analysis:
         """
         name, value = one_target(target)
         begun = time.perf_counter()
-        constraints = Constraints.check(self.geometry, protect, importance, seams)
+        constraints = self._constrain(
+            protect=protect,
+            importance=importance,
+            seams=seams,
+            corner_values=corner_values,
+            corner_normals=corner_normals,
+            keep_seams=keep_seams,
+            keep_border=keep_border,
+            keep_topology=keep_topology,
+            point_values=point_values,
+        )
         work = Progress(progress)
         with set_workers(self.parameters.workers):
             if name == "alpha":
-                return self._by_threshold(value, constraints.protect, begun, work)
+                return self._by_threshold(value, constraints, begun, work)
             elimination = self._eliminate(constraints, work.part(0.0, 0.9))
-            available = int(np.count_nonzero(self.geometry.vertex_of >= 0))
-            protected = int(constraints.protect.sum())
-            if name == "max_error":
-                count = self._within_error(elimination, constraints, value, work.part(0.9, 0.98))
-            else:
-                count = count_for(name, value, available, protected)
-            part = work.part(0.98, 1.0, "Cut")
-            return self._cut(elimination, constraints, count, begun, part)
+            cuts = Cuts(
+                self.geometry,
+                elimination,
+                constraints,
+                self.parameters,
+                self._samples,
+                self._result,
+            )
+            count, notes = cuts.find_count(name, value, work.part(0.9, 0.98))
+            return cuts.simplify(count, begun, notes, work.part(0.98, 1.0, "Cut"))
 
     def ranking(
         self,
@@ -185,14 +177,24 @@ class Analysis:
         protect: ArrayLike | None = None,
         importance: ArrayLike | None = None,
         seams: ArrayLike | None = None,
+        corner_values: ArrayLike | Sequence[ArrayLike] | None = None,
+        corner_normals: ArrayLike | None = None,
+        keep_seams: bool = True,
+        keep_border: bool = False,
+        keep_topology: bool = False,
+        point_values: ArrayLike | None = None,
         progress: Callback | None = None,
     ) -> Ranking:
         """Return the order in which input points go, for any number kept.
 
         Parameters
         ----------
-        protect, importance, seams, progress
+        protect, importance, seams, corner_values, corner_normals, keep_seams, progress
             As in `simplify`.
+        point_values
+            As in `simplify`.
+        keep_border, keep_topology
+            As in `simplify`; the host keeps to `Ranking.least`.
 
         Examples
         --------
@@ -202,25 +204,43 @@ class Analysis:
         >>> bool((kept == analysis.simplify(count=50).indices).all())
         True
         """
-        constraints = Constraints.check(self.geometry, protect, importance, seams)
+        constraints = self._constrain(
+            protect=protect,
+            importance=importance,
+            seams=seams,
+            corner_values=corner_values,
+            corner_normals=corner_normals,
+            keep_seams=keep_seams,
+            keep_border=keep_border,
+            keep_topology=keep_topology,
+            point_values=point_values,
+        )
         work = Progress(progress)
         with set_workers(self.parameters.workers):
             elimination = self._eliminate(constraints, work.part(0.0, 0.9))
         work.part(1.0, 1.0, "Ranking")
-        return input_ranking(self.geometry, elimination)
+        return input_ranking(self.geometry, elimination, constraints)
+
+    def _constrain(self, **given: Any) -> Constraints:
+        """Return the constraints that are given, the last ones if these were given alike."""
+        key = fingerprint(**given)
+        if self._order.constraints is None or self._order.key != key:
+            self._order.constraints = Constraints.check(self.geometry, **given)
+            self._order.key, self._order.elimination = key, None
+        return self._order.constraints
 
     def _by_threshold(
-        self, alpha: float, protect: Mask, begun: float, work: Progress
+        self, alpha: float, constraints: Constraints, begun: float, work: Progress
     ) -> Simplification:
         """Keep the paper's interest points."""
         work.part(0.0, 0.5, "Regions")
-        keep = self.extremities | protect
+        keep = self.extremities | constraints.staying
         part = work.part(0.5, 1.0, "Interest points")
         interest, source = select(
             self.geometry,
             self.graph,
             self.saliency_map.scaled,
-            self.segmentation,
+            self.components,
             keep,
             alpha,
             self.parameters,
@@ -228,114 +248,44 @@ class Analysis:
         )
         part(1.0)
         kept = np.flatnonzero(interest.kept)
-        regions = self.segmentation.count
-        return self._result(kept, source, begun, interest=interest, regions=regions)
+        return self._result(
+            kept,
+            source,
+            begun,
+            protected=constraints.protected_points,
+            interest=interest,
+            regions=self.components.count,
+        )
 
     def _eliminate(self, constraints: Constraints, work: Progress) -> Elimination:
-        """Return the order of elimination, the last one if it had the same constraints."""
-        if self._order.elimination is None or self._order.key != constraints.key:
+        """Return the order of elimination under the last constraints."""
+        if self._order.elimination is None:
             part = work.part(0.0, 0.1, "Surface")
             faces, links = elimination_surface(self.geometry, self.graph, self.parameters, part)
-            weights = self._weights(constraints)
-            part = work.part(0.1, 1.0, "Elimination")
-            elimination = eliminate(
+            part = work.part(0.1, 0.2)
+            weights = weigh_removals(
+                self.geometry,
+                self.frames,
+                self.saliency_map.scaled,
+                constraints,
+                self.parameters,
+                extremities=self.extremities if self.parameters.interest_weight else None,
+                interest=self._interest_cost(part),
+            )
+            lines = np.concatenate([constraints.seams, self._region_lines(faces, part)])
+            part = work.part(0.2, 1.0, "Elimination")
+            self._order.elimination = eliminate(
                 self.geometry.points,
                 faces,
                 links,
                 weights,
-                constraints.seams,
+                lines,
                 progress=part,
                 priority=self.geometry.priority,
+                wedges=constraints.wedges,
+                keep_topology=constraints.keep_topology and len(self.geometry.faces) > 0,
             )
-            self._order.key, self._order.elimination = constraints.key, elimination
         return self._order.elimination
-
-    def _weights(self, constraints: Constraints) -> Weights:
-        """Return what each removal costs beside its quadric error."""
-        parameters, faces = self.parameters, self.geometry.faces
-        loose = np.ones(len(self.geometry.points), dtype=bool)
-        loose[faces] = False
-        factor = 1.0 + parameters.detail * self.saliency_map.scaled
-        factor *= 1.0 + constraints.importance
-        if parameters.interest_weight:
-            factor *= 1.0 + parameters.interest_weight * self.extremities
-        return Weights(
-            factor,
-            evenness=parameters.evenness * loose,
-            guessed_surface=loose,
-            protected=constraints.protect,
-            border=parameters.border_weight * (1.0 if len(faces) else GUESSED_BORDER),
-        )
-
-    def _within_error(
-        self, elimination: Elimination, constraints: Constraints, bound: float, work: Progress
-    ) -> int:
-        """Return about the fewest vertices whose measured error is within the bound."""
-        geometry = self.geometry
-        in_length = self.parameters.error_unit == "length"
-        bound *= geometry.to_unit if in_length else geometry.unit_diagonal
-        order = np.empty_like(elimination.rank)
-        order[elimination.rank] = np.arange(len(order))
-        estimate = np.append(np.inf, elimination.error[order][:-1])
-        least = max(int(constraints.protect.sum()), 1)
-        part = work.part(0.0, 1.0, "Error")
-
-        def measure(count: int) -> float:
-            return self._cut(elimination, constraints, count, 0.0).largest_error()
-
-        return count_within(bound, estimate, measure, least, part)
-
-    @cached_property
-    def _samples(self) -> Samples:
-        """The mesh's vertices and the middles of its faces, by their area and saliency."""
-        factor = 1.0 + self.parameters.detail * self.saliency_map.scaled
-        return Samples.of_surface(self.geometry.points, self.geometry.faces, factor)
-
-    def _cut(
-        self,
-        elimination: Elimination,
-        constraints: Constraints,
-        count: int,
-        begun: float,
-        progress: Progress = SILENT,
-    ) -> Simplification:
-        """Return the simplification to the first `count` ranks, and then to duplicates."""
-        source = living_ancestors(elimination, count)
-        kept = np.flatnonzero(elimination.rank < count)
-        mesh: dict[str, Any] = {}
-        if len(self.geometry.faces):
-            mesh = self._cut_mesh(source, constraints, progress)
-        progress(1.0)
-        return self._result(kept, source, begun, copies=count - len(kept), **mesh)
-
-    def _cut_mesh(
-        self, source: Indices, constraints: Constraints, progress: Progress
-    ) -> dict[str, Any]:
-        """Return faces, where they come from, and positions, all of them refined."""
-        geometry, parameters = self.geometry, self.parameters
-        faces, left = cut_faces(geometry.faces, source)
-        corners = 3 * left[:, None] + np.arange(3)
-        positions = None
-        if parameters.placement == "optimal":
-            weight = parameters.border_weight
-            positions = optimal_positions(geometry.points, geometry.faces, weight, source, faces)
-            positions[constraints.protect] = geometry.points[constraints.protect]
-        if parameters.refine:
-            fixed = fixed_edges(faces, source, constraints.seams, constraints.protect)
-            mesh = FlipMesh.of(faces, corners, len(source), fixed)
-            if positions is None:
-                refine_faces(mesh, geometry.points, self._samples, source, progress)
-            else:
-                positions = fit_positions(
-                    mesh, positions, self._samples, source, constraints.protect, progress
-                )
-            faces, corners = mesh.faces, mesh.corners
-        return {
-            "faces": faces,
-            "face_source": left,
-            "corner_origin": corners,
-            "positions": positions,
-        }
 
     def _result(
         self,
@@ -358,12 +308,3 @@ class Analysis:
             seconds=time.perf_counter() - begun,
             **others,
         )
-
-    def _of_input(self, values: NDArray[Any], missing: float) -> NDArray[Any]:
-        """Spread values of vertices over the input points."""
-        vertex = self.geometry.vertex_of
-        if not len(values):
-            return np.full((len(vertex), *values.shape[1:]), missing, dtype=values.dtype)
-        result = values[vertex]
-        result[vertex < 0] = missing
-        return result

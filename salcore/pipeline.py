@@ -4,7 +4,10 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
+from typing import Any
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from .analysis import Analysis
@@ -81,24 +84,41 @@ def analyze(
         part = work.part(0.65, 0.8, "Normals")
         frames = build_frames(geometry, graph, parameters, part)
         part = work.part(0.8, 1.0, "Saliency")
-        saliency = build_saliency(geometry, graph, frames, parameters, part)
+        saliency = build_saliency(geometry.points, graph, frames, parameters, part)
         part(1.0)
     return Analysis(geometry, graph, frames, saliency, parameters, time.perf_counter() - begun)
 
 
 def simplify(
     points: ArrayLike,
-    faces: ArrayLike | None = None,
+    triangles: ArrayLike | None = None,
+    /,
     normals: ArrayLike | None = None,
     parameters: Parameters | None = None,
     *,
     protect: ArrayLike | None = None,
     importance: ArrayLike | None = None,
     seams: ArrayLike | None = None,
+    corner_values: ArrayLike | Sequence[ArrayLike] | None = None,
+    corner_normals: ArrayLike | None = None,
+    keep_seams: bool = True,
+    keep_border: bool = False,
+    keep_topology: bool = False,
+    point_values: ArrayLike | None = None,
     progress: Callback | None = None,
-    **target: float | None,
+    **target: Any,
 ) -> Simplification:
     """Analyse and simplify in one call; see `analyze` and `Analysis.simplify`.
+
+    Parameters
+    ----------
+    points, triangles
+        As the first two arguments of `analyze`. Triangles may be given as ``faces=`` as well; a
+        number there is the target.
+    normals, parameters
+        As in `analyze`.
+    **target
+        One target, such as ``ratio=0.1``.
 
     Examples
     --------
@@ -106,11 +126,27 @@ def simplify(
     >>> cloud = np.random.default_rng(0).random((1000, 3))
     >>> len(salcore.simplify(cloud, ratio=0.25).indices)
     250
+    >>> square = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.5, 0.5, 0]]
+    >>> fan = [[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]]
+    >>> len(salcore.simplify(square, fan, faces=2).faces)
+    2
     """
+    if triangles is None and np.ndim(target.get("faces")) > 0:
+        triangles = target.pop("faces")
     one_target(target)  # before the long part
     work = Progress(progress)
     first, second = work.portion(0.0, ANALYSIS_SHARE), work.portion(ANALYSIS_SHARE, 1.0)
-    analysis = analyze(points, faces, normals, parameters, progress=first)
+    analysis = analyze(points, triangles, normals, parameters, progress=first)
     return analysis.simplify(
-        protect=protect, importance=importance, seams=seams, progress=second, **target
+        protect=protect,
+        importance=importance,
+        seams=seams,
+        corner_values=corner_values,
+        corner_normals=corner_normals,
+        keep_seams=keep_seams,
+        keep_border=keep_border,
+        keep_topology=keep_topology,
+        point_values=point_values,
+        progress=second,
+        **target,
     )

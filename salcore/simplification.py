@@ -13,12 +13,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from .arrays.blocks import set_workers
 from .arrays.check import corner_values, indices
-from .arrays.types import Floats, Indices
-from .decimation.attribute_transfer import corner_sources, edge_sources
+from .arrays.types import Floats, Indices, Mask
+from .decimation.attribute_transfer import corner_sources, edge_sources, place_sources
+from .decimation.kept_points import keep_corner_points, keep_points
+from .decimation.normal_transfer import transfer_normals
 from .errors import GeometryError
 from .input.geometry import Geometry
 from .measure.distances import Surface, distances
 from .measure.errors import Errors, measure
+from .measure.topology import count_parts
 from .method.interest import Interest
 from .progress import SILENT, Callback, Progress
 
@@ -31,6 +34,8 @@ class Report:
     ----------
     points_before, points_after, faces_before, faces_after : int
         Input points and valid faces, and kept ones.
+    parts_before, parts_after : int or None
+        Connected parts of the faces; none after for a cloud or a threshold α.
     rate : float
         Share of the input points that went.
     dropped, welded : int
@@ -40,9 +45,12 @@ class Report:
     extremities, salient, fillers, guards : int or None
         For a threshold α, kept points by reason: on a boundary, salient, by the gap rule, by the
         coverage guard. A point may have several.
-    errors : Errors
+    errors : Errors or None
         Between the input's points and the kept ones, in the input's unit. The surfaces are those
-        of the faces; without faces, of the tangent planes at the nearest points.
+        of the faces; without faces, of the tangent planes at the nearest points. None where they
+        were not measured.
+    notes : tuple of str
+        What had to be given up, or is not as asked for.
     seconds_analysis, seconds_selection : float
     """
 
@@ -50,6 +58,8 @@ class Report:
     points_after: int
     faces_before: int
     faces_after: int
+    parts_before: int
+    parts_after: int | None
     rate: float
     dropped: int
     welded: int
@@ -58,7 +68,8 @@ class Report:
     salient: int | None
     fillers: int | None
     guards: int | None
-    errors: Errors
+    errors: Errors | None
+    notes: tuple[str, ...]
     seconds_analysis: float
     seconds_selection: float
 
@@ -82,6 +93,10 @@ class Simplification:
     corner_origin : (K, 3) int64 or None
         Input corner that each corner comes from: its point went into that of the corner. Corner c
         of face f is ``3 f + c``. Three corners of one face, unless an edge was flipped.
+    face_corners : (K, 3) int64 or None
+        Input corner that each corner of `faces` takes its values from. One whose vertex stayed
+        keeps its own; others take that of their own chart where their vertex went. Worked out when
+        first asked for.
     source : (N,) int64
         Position in `indices` of the kept point that stands for each input point; -1 for points
         that were not finite.
@@ -90,6 +105,8 @@ class Simplification:
         they stay.
     interest : Interest or None
         For a threshold α, why each vertex stays.
+    notes : tuple of str
+        What had to be given up, or is not as asked for; a sentence each.
     seconds : float
         Time the selection took.
     """
@@ -101,6 +118,7 @@ class Simplification:
     source: NDArray[np.int64]
     positions: Floats | None
     interest: Interest | None
+    notes: tuple[str, ...]
     seconds: float
     _context: _Context = dataclasses.field(repr=False)
 
@@ -112,11 +130,15 @@ class Simplification:
         source: Indices,
         *,
         copies: int = 0,
+        protected: Mask | None = None,
         faces: Indices | None = None,
         face_source: Indices | None = None,
         corner_origin: Indices | None = None,
+        corners: Indices | None = None,
+        heir: Indices | None = None,
         positions: Floats | None = None,
         interest: Interest | None = None,
+        notes: tuple[str, ...] = (),
         seconds: float = 0.0,
         **context: Any,
     ) -> Simplification:
@@ -131,49 +153,68 @@ class Simplification:
             Kept vertex that stands for each; -1 for none.
         copies : int
             Input points, welded to others, that stay as well.
+        protected : (N,) bool, optional
+            Input points that stay.
         faces : (K, 3) intp, optional
             Faces over vertices.
         face_source : (K,) intp, optional
             Clean face that each face takes its values from.
         corner_origin : (K, 3) intp, optional
             Corner of the clean faces that each corner comes from.
+        corners : (K, 3) intp, optional
+            Corner of the clean faces that each corner takes its values from; without, the first
+            one at its vertex.
+        heir : (N,) intp, optional
+            With `corners`, the input point that would stand for each; -1 where none is known.
         positions : (n, 3) float64, optional
             New positions of the vertices.
+        notes : tuple of str
+            What had to be given up.
         **context
             What the report needs besides.
         """
-        first = geometry.input_of[kept]
-        copy = np.empty(0, dtype=np.intp)
-        if copies:
-            twin = geometry.vertex_of >= 0
-            twin[geometry.input_of] = False
-            copy = np.flatnonzero(twin)[:copies]
-        indices = np.sort(np.concatenate([first, copy]))
-        place = np.full(len(source) + 1, -1, dtype=np.int64)
-        place[kept] = np.searchsorted(indices, first)
-        # Vertex -1, a dropped point or one that nothing stands for, finds the last entry.
-        sources = place[np.append(source, -1)][geometry.vertex_of]
-        sources[copy] = np.searchsorted(indices, copy)
+        points = None
+        if corners is not None and heir is not None and geometry.corner_points is not None:
+            points = geometry.corner_points.ravel()[corners]
+            selection = keep_corner_points(geometry, kept, source, protected, copies, points, heir)
+        else:
+            selection = keep_points(geometry, kept, source, protected, copies)
+        indices = selection.indices
+        if faces is not None:
+            faces = selection.position[selection.first[faces] if points is None else points]
         moved = None
         if positions is not None:
             vertex = geometry.vertex_of[indices]
-            moved = positions[vertex] / geometry.to_unit + geometry.centre
-        if corner_origin is not None:
-            face, corner = np.divmod(corner_origin, 3)
-            corner_origin = 3 * geometry.face_of[face] + corner
+            # What has not moved is not rounded either.
+            moved = (positions[vertex] - geometry.points[vertex]) / geometry.to_unit
+            moved += geometry.coordinates[indices]
         return cls(
             indices=indices.astype(np.int64),
-            faces=None if faces is None else place[faces],
+            faces=faces,
             face_source=(
                 None if face_source is None else geometry.face_of[face_source].astype(np.int64)
             ),
-            corner_origin=None if corner_origin is None else corner_origin.astype(np.int64),
-            source=sources,
+            corner_origin=None if corner_origin is None else geometry.input_corners(corner_origin),
+            source=selection.source,
             positions=moved,
             interest=interest,
+            notes=notes,
             seconds=seconds,
-            _context=_Context(geometry, **context),
+            _context=_Context(geometry, corner_origin=corner_origin, corners=corners, **context),
         )
+
+    @cached_property
+    def face_corners(self) -> NDArray[np.int64] | None:
+        if self.faces is None or self.face_source is None:
+            return None
+        geometry = self._context.geometry
+        corners = self._context.corners
+        if corners is None:
+            origin = self._context.corner_origin
+            assert origin is not None  # there are faces
+            wanted = geometry.vertex_of[self.indices][self.faces]
+            corners = corner_sources(geometry.faces, wanted, origin, None)
+        return geometry.input_corners(corners)
 
     def corner_source(self, faces: ArrayLike, charts: ArrayLike | None = None) -> NDArray[np.int64]:
         """Return the input corner (K, 3) that each corner of `faces` takes its values from.
@@ -216,23 +257,78 @@ class Simplification:
         values = None if charts is None else corner_values(charts, "charts", given.shape)
         return corner_sources(vertex_of[given], wanted, self.corner_origin, values)
 
-    @cached_property
-    def face_corners(self) -> NDArray[np.int64] | None:
-        """(K, 3) int64 input corner at the kept point whose values each corner takes, or None.
+    def transfer_normals(self) -> NDArray[np.float64]:
+        """Return the normals (K, 3, 3) of the original surface at the corners of `faces`.
 
-        Its own one where the corner's point stayed. Where several charts meet at the point that it
-        went into, `corner_source` chooses among them.
+        A light mesh with these is shaded like its original. On the two sides of a crease of more
+        than 60 degrees or so they differ.
+
+        Raises
+        ------
+        GeometryError
+            If the simplification has no faces.
+
+        Notes
+        -----
+        O(F log F) time; see `decimation.normal_transfer`.
         """
-        if self.faces is None or self.corner_origin is None:
-            return None
+        if self.faces is None:
+            raise GeometryError("faces: this simplification has none; simplify a mesh by count")
         geometry = self._context.geometry
-        clean = np.full(int(geometry.face_of.max(initial=-1)) + 1, -1)
-        clean[geometry.face_of] = np.arange(len(geometry.face_of))
-        face, corner = np.divmod(self.corner_origin, 3)
-        wanted = geometry.vertex_of[self.indices][self.faces]
-        origin = 3 * clean[face] + corner
-        face, corner = np.divmod(corner_sources(geometry.faces, wanted, origin, None), 3)
-        return 3 * geometry.face_of[face].astype(np.int64) + corner
+        vertex = geometry.vertex_of[self.indices]
+        moved = None
+        if self.positions is not None:
+            moved = geometry.points.copy()
+            moved[vertex] = (self.positions - geometry.centre) * geometry.to_unit
+        return transfer_normals(geometry.points, geometry.faces, vertex[self.faces], moved)
+
+    def place_source(self) -> tuple[NDArray[np.int64], Floats]:
+        """Return the input face that each kept point lies on, and its place in it.
+
+        For colours and all else that belongs to points, where these have moved: what the face's
+        corners have, times the weights, is what the original has there.
+
+        Returns
+        -------
+        face : (M,) int64
+            Input face; -1 for a point that no face uses.
+        weights : (M, 3) float64
+            Of the face's corners; they are at least 0, and their sum is 1.
+
+        Raises
+        ------
+        GeometryError
+            If the simplification has no faces.
+
+        Notes
+        -----
+        O(F) time. The face is sought from where the point was.
+
+        Examples
+        --------
+        >>> import numpy as np, salcore
+        >>> x, y = np.meshgrid(np.arange(9.0), np.arange(9.0))
+        >>> points = np.stack([x.ravel(), y.ravel(), (x * y / 9).ravel()], axis=1)
+        >>> corner = (9 * np.arange(8)[:, None] + np.arange(8)).ravel()
+        >>> sides = [[0, 1, 10], [0, 10, 9]]
+        >>> faces = np.concatenate([corner[:, None] + side for side in sides])
+        >>> light = salcore.simplify(
+        ...     points, faces, ratio=0.3, parameters=salcore.Parameters(placement="optimal")
+        ... )
+        >>> face, weights = light.place_source()
+        >>> red = np.linspace(0, 1, 81)
+        >>> (weights * red[faces[face]]).sum(axis=1).shape == light.indices.shape
+        True
+        """
+        if self.faces is None:
+            raise GeometryError("faces: this simplification has none; simplify a mesh by count")
+        geometry = self._context.geometry
+        vertex = geometry.vertex_of[self.indices]
+        places = geometry.points[vertex]
+        if self.positions is not None:
+            places = (self.positions - geometry.centre) * geometry.to_unit
+        face, weights = place_sources(geometry.points, geometry.faces, vertex, places)
+        return np.where(face >= 0, geometry.face_of[face], -1).astype(np.int64), weights
 
     def edge_source(self, edges: ArrayLike, new_edges: ArrayLike) -> NDArray[np.int64]:
         """Return the input edge (e,) that each edge of the result takes its values from.
@@ -270,6 +366,10 @@ class Simplification:
     @cached_property
     def report(self) -> Report:
         """Figures, measured when first asked for."""
+        return self.make_report()
+
+    def make_report(self, errors: bool = True) -> Report:
+        """Return the figures; without `errors` no distances are measured, which takes longest."""
         context, interest = self._context, self.interest
         geometry = context.geometry
         finite = int(np.count_nonzero(geometry.vertex_of >= 0))
@@ -278,16 +378,23 @@ class Simplification:
             name: None if interest is None else int(getattr(interest, name).sum())
             for name in ("extremities", "salient", "fillers", "guards")
         }
+        parts_after = None
+        if self.faces is not None:
+            place = geometry.vertex_of[self.indices]
+            parts_after = count_parts(place[self.faces], len(geometry.points))
         return Report(
             points_before=before,
             points_after=after,
             faces_before=len(geometry.faces),
             faces_after=0 if self.faces is None else len(self.faces),
+            parts_before=count_parts(geometry.faces, len(geometry.points)),
+            parts_after=parts_after,
             rate=1.0 - after / before if before else 0.0,
             dropped=before - finite,
             welded=finite - len(geometry.points),
             regions=context.regions,
-            errors=self.errors,
+            errors=self.errors if errors else None,
+            notes=self.notes,
             seconds_analysis=context.seconds_analysis,
             seconds_selection=self.seconds,
             **reasons,
@@ -353,5 +460,7 @@ class _Context:
     geometry: Geometry
     normals: Floats
     regions: int | None
+    corner_origin: Indices | None
+    corners: Indices | None
     workers: int
     seconds_analysis: float

@@ -51,6 +51,21 @@ def cube_cloud(steps: int) -> tuple[np.ndarray, np.ndarray]:
     return points / steps, distance
 
 
+def box(steps: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the unit cube as a closed mesh of `steps` squares a side, facing outward."""
+    flat, triangles = grid(steps + 1, steps + 1)
+    flat /= steps
+    corners, faces = [], []
+    for axis in range(3):
+        for value in (0.0, 1.0):
+            side = np.roll(np.insert(flat[:, :2], 2, value, axis=1), axis + 1, axis=1)
+            corners.append(side)
+            outward = triangles if value else triangles[:, ::-1]
+            faces.append(outward + len(flat) * (len(corners) - 1))
+    points, place = np.unique(np.concatenate(corners), axis=0, return_inverse=True)
+    return points, place.reshape(-1)[np.concatenate(faces)]
+
+
 def torus(around: int, across: int, radius: float = 1.0, tube: float = 0.4):
     """Return a closed torus mesh."""
     u, v = np.meshgrid(np.arange(around), np.arange(across), indexing="ij")

@@ -15,27 +15,30 @@ from ..arrays.blocks import worker_count
 from ..arrays.edges import edge_key
 from ..arrays.types import Floats, Indices, Integers, Keys
 from ..arrays.vectors import dot
+from .nearest_faces import Assignment, Triangles
+from .samples import Samples
 
 
 def corner_sources(
     corners: Indices, wanted: Indices, origin: Integers, charts: Floats | None
 ) -> Keys:
-    """Return the input corner (K, 3) that each new corner takes its values from.
+    """Return the corner (K, 3) of the input that each new corner takes its values from.
 
     A corner whose vertex stayed keeps its own. One whose vertex went into another takes, of all
-    corners at that other vertex, the one nearest to it in the charts.
+    corners at that other vertex, the one nearest to it in the charts. The same for wedges, in
+    place of vertices.
 
     Parameters
     ----------
-    corners : (F, 3) intp
-        Vertices of the input's faces.
-    wanted : (K, 3) intp
-        Vertices of the new faces.
+    corners : (F, 3) int
+        Vertices, or wedges, of the input's faces.
+    wanted : (K, 3) int
+        Those of the new faces.
     origin : (K, 3) int
         Input corner that each new one comes from.
     charts : (F, 3, d) float64 or None
         Texture coordinates of the input's corners, or other values that tell charts apart; without
-        them any corner at the vertex does.
+        them the first corner does.
 
     Returns
     -------
@@ -46,18 +49,61 @@ def corner_sources(
     moved = corners.ravel()[own] != wanted
     if not moved.any():
         return own
+    if charts is None:
+        first = np.empty(int(corners.max()) + 1, dtype=np.int64)
+        first[corners.ravel()[::-1]] = np.arange(corners.size)[::-1]
+        own[moved] = first[wanted[moved]]
+        return own
     vertices, place = np.unique(wanted[moved], return_inverse=True)
     number = np.full(int(corners.max()) + 1, -1, dtype=np.int64)
     number[vertices] = np.arange(len(vertices))
     flat = number[corners.ravel()]
     candidates = np.flatnonzero(flat >= 0)
-    values = np.zeros((corners.size, 1)) if charts is None else charts.reshape(corners.size, -1)
+    values = charts.reshape(corners.size, -1)
     # The vertex is one more coordinate, in steps longer than any distance in the charts.
     step = 2.0 * np.linalg.norm(np.ptp(values, axis=0)) + 1.0
     tree = cKDTree(np.column_stack([values[candidates], step * flat[candidates]]))
     query = np.column_stack([values[own[moved]], step * place.ravel()])
     own[moved] = candidates[tree.query(query, workers=worker_count())[1]]
     return own
+
+
+def place_sources(
+    points: Floats, faces: Indices, vertices: Indices, places: Floats
+) -> tuple[Keys, Floats]:
+    """Return where on a surface places lie that its vertices have moved to.
+
+    Parameters
+    ----------
+    points : (n, 3) float64
+    faces : (m, 3) int
+    vertices : (p,) intp
+        Vertex that has moved to each place; the face is sought round it.
+    places : (p, 3) float64
+
+    Returns
+    -------
+    face : (p,) int64
+        Face nearest to each place; -1 where the vertex has none.
+    weights : (p, 3) float64
+        Barycentric coordinates of the nearest point in it; values of its corners, so weighted, make
+        that of the place.
+
+    Notes
+    -----
+    O(m + p) time.
+    """
+    used = np.zeros(len(points), dtype=bool)
+    used[faces] = True
+    here = np.flatnonzero(used[vertices])
+    face, weights = np.full(len(vertices), -1, dtype=np.int64), np.zeros((len(vertices), 3))
+    columns = np.ascontiguousarray(places[here].T)
+    samples = Samples(
+        columns, np.zeros_like(columns), np.ones(len(here)), vertices[here], len(here)
+    )
+    face[here] = Assignment.of(samples, points, faces).face
+    weights[here] = Triangles.of(points, faces).project(columns, face[here])[0].T
+    return face, weights
 
 
 def edge_sources(

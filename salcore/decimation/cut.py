@@ -15,10 +15,14 @@ from ..arrays.blocks import run_blocks
 from ..arrays.edges import find_edges, sort_rows
 from ..arrays.types import Floats, Indices, Mask
 from ..arrays.vectors import face_normals, sum_by_label
+from ..input.constraints import Constraints
 from ..input.geometry import Geometry
+from .attribute_transfer import corner_sources
+from .kept_points import first_points
 from .legality import turned_over
 from .order import Elimination
 from .quadrics import minimizers, vertex_quadrics
+from .wedge_collapses import last_wedges
 
 MAX_UNDO_ROUNDS = 8
 """Rounds in which corners of faces that turn over go back; in each, others may turn."""
@@ -72,8 +76,74 @@ def cut_faces(faces: Indices, source: Indices) -> tuple[Indices, Indices]:
     return corners, left
 
 
+def wedges_of_cut(
+    elimination: Elimination, constraints: Constraints, count: int, origin: Indices
+) -> Indices | None:
+    """Return the wedges (k, 3) of the corners of a cut, by those they come from, or None."""
+    wedges, parent = constraints.wedges, elimination.wedge_parent
+    if wedges is None or parent is None:
+        return None
+    last = last_wedges(wedges, parent, elimination.rank < count)
+    return last[wedges.corners.ravel()[origin]]
+
+
+def corners_of_cut(
+    geometry: Geometry,
+    elimination: Elimination,
+    constraints: Constraints,
+    count: int,
+    origin: Indices,
+) -> tuple[Indices | None, Indices | None]:
+    """Return where the corners of a cut take their values from, and the heirs of split points.
+
+    Parameters
+    ----------
+    geometry : Geometry
+    elimination : Elimination
+    constraints : Constraints
+    count : int
+        Ranks that are kept.
+    origin : (k, 3) intp
+        Corner of the clean faces that each corner comes from.
+
+    Returns
+    -------
+    corners : (k, 3) intp or None
+        Corners of the clean faces; None without wedges, where the first corner at a vertex does.
+    heirs : (N,) intp or None
+        Input point of the wedge that the wedge of each input point went into; -1 for points that
+        no face uses.
+    """
+    wedges, parent = constraints.wedges, elimination.wedge_parent
+    if wedges is None or parent is None:
+        return None, None
+    last = last_wedges(wedges, parent, elimination.rank < count)
+    layers = [constraints.layers[k] for k in wedges.without_seams if constraints.layers[k].given]
+    charts = None
+    if layers:
+        rows = [wedges.values[wedges.corners.ravel()], *(layer.scaled() for layer in layers)]
+        charts = np.hstack(rows).reshape(len(geometry.faces), 3, -1)
+    corners = corner_sources(wedges.corners, last[wedges.corners.ravel()[origin]], origin, charts)
+    heirs = np.full(geometry.input_count, -1, dtype=np.intp)
+    if geometry.corner_points is not None:
+        point = np.empty(len(last), dtype=np.intp)
+        flat = geometry.corner_points.ravel()
+        point[wedges.corners.ravel()[::-1]] = flat[::-1]
+        if not layers:  # all points of a wedge are alike: one will do
+            first = np.empty(len(last), dtype=np.intp)
+            first[wedges.corners.ravel()[::-1]] = np.arange(len(flat))[::-1]
+            corners = first[wedges.corners.ravel()[corners]]
+        heirs[flat] = point[last[wedges.corners.ravel()]]
+    return corners, heirs
+
+
 def optimal_positions(
-    points: Floats, faces: Indices, border_weight: float, source: Indices, left: Indices
+    points: Floats,
+    faces: Indices,
+    border_weight: float,
+    source: Indices,
+    left: Indices,
+    fixed: Mask | None = None,
 ) -> Floats:
     """Return positions (n, 3) with each kept vertex at the minimum of its accumulated quadric.
 
@@ -90,6 +160,8 @@ def optimal_positions(
         Kept vertex that stands for each.
     left : (k, 3) intp
         Faces of the cut.
+    fixed : (n,) bool, optional
+        Vertices that do not move.
 
     Returns
     -------
@@ -100,6 +172,8 @@ def optimal_positions(
     quadrics, _ = vertex_quadrics(points, faces, find_edges(faces, count), border_weight)
     accumulated = sum_by_label(quadrics, source, count)
     kept = np.flatnonzero(np.bincount(left.ravel(), minlength=count))
+    if fixed is not None:
+        kept = kept[~fixed[kept]]
     moved = points.copy()
 
     def move(start: int, stop: int) -> None:
@@ -136,37 +210,56 @@ class Ranking:
     ----------
     rank : (N,) int64
         A permutation: the points of rank below a count are those that this count keeps. Points
-        equal to another come after all distinct ones, points that are not finite last.
+        that equal another come after all distinct ones, first those that no face uses; points that
+        are not finite last. Protected points come first.
     parent : (N,) int64
         Point of lower rank that each goes into; -1 for rank 0.
     generations : int
         Doublings (``parent[parent]``) after which every point has found its last ancestor.
+    least : int
+        Fewest points that keep what is to be kept: protected points, borders, the topology.
     """
 
     rank: Indices
     parent: Indices
     generations: int
+    least: int = 1
 
 
-def input_ranking(geometry: Geometry, elimination: Elimination) -> Ranking:
+def input_ranking(
+    geometry: Geometry, elimination: Elimination, constraints: Constraints
+) -> Ranking:
     """Return the order of elimination over input points, in O(N log N)."""
-    vertex_of, input_of = geometry.vertex_of, geometry.input_of
+    vertex_of, protected = geometry.vertex_of, constraints.protected_points
+    standing = first_points(geometry, protected)
     finite = vertex_of >= 0
-    first = np.zeros(len(vertex_of), dtype=bool)
-    first[input_of] = True
+    others = finite.copy()
+    others[standing] = False
+    first = np.zeros(len(finite), dtype=bool)
+    if protected is not None:
+        first = others & protected & geometry.loose
+    ordered = standing[np.argsort(elimination.rank)]
+    held = np.count_nonzero(constraints.staying)
     order = np.concatenate(
         [
-            input_of[np.argsort(elimination.rank)],
-            np.flatnonzero(finite & ~first),
+            ordered[:held],
+            np.flatnonzero(first),
+            ordered[held:],
+            np.flatnonzero(others & ~first & geometry.loose),
+            np.flatnonzero(others & ~geometry.loose),
             np.flatnonzero(~finite),
         ]
     )
     rank = np.empty(len(order), dtype=np.int64)
     rank[order] = np.arange(len(order))
     parent = np.full(len(order), order[0] if len(order) else 0, dtype=np.int64)
-    parent[finite] = input_of[vertex_of[finite]]
-    parent[input_of] = input_of[elimination.parent]
+    parent[finite] = standing[vertex_of[finite]]
+    parent[standing] = standing[elimination.parent]
     parent[order[:1]] = order[:1]
     generations = _last_ancestors(parent)[1]
     parent[order[:1]] = -1
-    return Ranking(rank, parent, generations)
+    least = max(held, 1)
+    if constraints.keep_topology:
+        least = max(least, elimination.topology_count)
+    least += constraints.protected_copies
+    return Ranking(rank, parent, generations, least)

@@ -6,6 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..arrays.edges import contains, edge_key
 from ..arrays.types import Indices, Integers, Ints, Keys, Mask
@@ -31,6 +32,8 @@ class OneRings:
         Their ends.
     faces, face_owner : (f,) intp
         A face with a removed vertex, and the collapse it belongs to.
+    corner : (f,) int8
+        Which of its corners is the removed vertex.
     left, right : (f,) int32
         Its two other corners, in order.
     vanishing : (f,) bool
@@ -52,6 +55,7 @@ class OneRings:
     kept: Ints
     faces: Indices
     face_owner: Indices
+    corner: NDArray[np.int8]
     left: Ints
     right: Ints
     vanishing: Mask
@@ -69,7 +73,7 @@ class OneRings:
         removed, kept = source[collapses], source[twin(collapses, len(source) // 2)]
         owner_of = np.full(count, -1, dtype=np.int32)
         owner_of[removed] = np.arange(len(removed))
-        faces, face_owner, left, right = _faces_of(owner_of, corners)
+        faces, face_owner, corner, left, right = _faces_of(owner_of, corners)
         face_kept = kept[face_owner]
         edges, edge_owner, other = _edges_of(owner_of, source)
         edge_kept = kept[edge_owner]
@@ -81,6 +85,7 @@ class OneRings:
             kept,
             faces,
             face_owner,
+            corner,
             left,
             right,
             vanishing=(left == face_kept) | (right == face_kept),
@@ -102,8 +107,10 @@ class OneRings:
         return np.bincount(self.edge_owner, minlength=len(self.removed))
 
 
-def _faces_of(owner_of: Ints, corners: Corners) -> tuple[Indices, Indices, Ints, Ints]:
-    """Return the faces with a corner that has an owner, the owners, and the other two corners."""
+def _faces_of(
+    owner_of: Ints, corners: Corners
+) -> tuple[Indices, Indices, NDArray[np.int8], Ints, Ints]:
+    """Return the faces with a corner that has an owner, owners, corners, and the other two."""
     faces, owners = [], []
     for corner in corners:
         owner = owner_of.take(corner)
@@ -112,7 +119,8 @@ def _faces_of(owner_of: Ints, corners: Corners) -> tuple[Indices, Indices, Ints,
     left = [corners[(k + 1) % 3][face] for k, face in enumerate(faces)]
     right = [corners[(k + 2) % 3][face] for k, face in enumerate(faces)]
     join = np.concatenate
-    return join(faces), join(owners), join(left), join(right)
+    which = np.repeat(np.arange(3, dtype=np.int8), [len(face) for face in faces])
+    return join(faces), join(owners), which, join(left), join(right)
 
 
 def _edges_of(owner_of: Ints, source: Ints) -> tuple[Indices, Indices, Ints]:

@@ -18,6 +18,7 @@ import numpy as np
 
 from ..arrays.edges import find_edges
 from ..arrays.types import Floats, Indices, Integers, Ints, Mask
+from ..input.wedges import MAX_SEAMS, Wedges
 from ..progress import SILENT, Progress
 from .costs import Costs, Weights
 from .half_edges import HalfEdges, Ties
@@ -32,6 +33,7 @@ from .legality import (
 )
 from .one_rings import Corners, OneRings
 from .quadrics import vertex_quadrics
+from .wedge_collapses import WedgeCollapses
 
 # The schedule of the rounds. Shares are of the living vertices where nothing else is said.
 CANDIDATES = 0.18
@@ -51,9 +53,6 @@ COMPACT = 0.6
 """Share of the numbered vertices that still live below which these are renumbered."""
 START_SHARE = 0.2
 """Share of the time that the costs of the whole surface take, before the first round."""
-MAX_SEAMS = 0.5
-"""Share of the edges above which there are no seams: in a texture of single triangles every edge is
-one, and no line is left to keep."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,12 +70,17 @@ class Elimination:
         of the largest mean square distance to the planes of a vertex so far.
     rounds : tuple of (int, int, float)
         Vertices left, collapses and largest cost of every round, for the curious.
+    wedge_parent : (w,) int32 or None
+        Wedge at the parent that each wedge went into; its own at rank 0. None without wedges.
     """
 
     rank: Indices
     parent: Indices
     error: Floats
     rounds: tuple[tuple[int, int, float], ...]
+    wedge_parent: Ints | None = None
+    topology_count: int = 0
+    """Least count before collapses that change the topology of a surface."""
 
 
 def eliminate(
@@ -87,6 +91,8 @@ def eliminate(
     seams: Integers | None = None,
     progress: Progress = SILENT,
     priority: Integers | None = None,
+    wedges: Wedges | None = None,
+    keep_topology: bool = False,
 ) -> Elimination:
     """Return the order of elimination.
 
@@ -106,6 +112,10 @@ def eliminate(
     priority : (n,) int, optional
         A permutation that decides where costs are equal, in place of the vertices' own numbers:
         with the old numbers as priorities, the order of a renumbered surface is the same.
+    wedges : Wedges, optional
+        Of the first of the faces. Where there are seams, collapses that tear charts are put off.
+    keep_topology : bool
+        End where only collapses are left that change the topology.
 
     Notes
     -----
@@ -117,6 +127,10 @@ def eliminate(
     """
     rounds = progress.part(START_SHARE, 1.0)
     state = _start(points, faces, links, weights, seams, priority, progress.part(0.0, START_SHARE))
+    if wedges is not None:
+        state.wedges = WedgeCollapses.of_faces(wedges, faces)
+        state.charts_hold = bool(state.half_edges.seam.any())
+    state.keep_topology = keep_topology
     while True:
         least = state.half_edges.find_cheapest()
         candidates = state.pick_candidates(least)
@@ -154,9 +168,16 @@ class _State:
     parent: Indices
     mean_square: Floats
     living: int
+    wedges: WedgeCollapses | None = None
+    charts_hold: bool = False
+    """Whether collapses that tear charts are put off."""
     candidate_factor: int = 1
     relaxed: bool = False
     """Whether only forbidden collapses are left, and are done."""
+    keep_topology: bool = False
+    """Whether the end is where only forbidden collapses are left."""
+    topology_count: int | None = None
+    """Vertices left then."""
     since_retry: int = 1
     """Vertices removed since failed collapses were last tried again."""
     removed: list[Indices] = field(default_factory=list)
@@ -183,8 +204,12 @@ class _State:
         if self.relaxed and not candidates.any():
             return False
         # All collapses have failed, and hardly one vertex has gone: only forbidden ones are left.
-        if self.since_retry <= STALL * self.living:
+        if self.keep_topology and self.since_retry == 0:
+            return False
+        if not self.keep_topology and self.since_retry <= STALL * self.living:
             self.relaxed = True
+            self.topology_count = self.topology_count or self.living
+            self.charts_hold = False
             self.half_edges.drop_seams()
         self.since_retry = 0
         self.candidate_factor = 1
@@ -193,7 +218,10 @@ class _State:
     def select_legal(self, rings: OneRings) -> Mask:
         """Return which collapses (s,) to perform, and make those dearer that have failed."""
         good = legal(rings, self.costs.points, self.degree)
-        broken = good & would_break_seam(rings, self.half_edges.seam)
+        broken = would_break_seam(rings, self.half_edges.seam)
+        if self.wedges is not None and self.charts_hold:
+            broken |= self.wedges.tearing(rings, self.vertex_id)
+        broken &= good
         good &= ~broken
         if self.relaxed and self.candidate_factor > 1:
             good[:] = True
@@ -220,6 +248,8 @@ class _State:
         self.living -= len(vertices)
         self.since_retry += len(vertices)
         self.rounds.append((self.living, len(vertices), float(least[removed[-1]])))
+        if self.wedges is not None:
+            self.wedges.perform(rings, performed, self.vertex_id)
         self._rewire_faces(rings, performed)
         self.half_edges.rewire(rings, performed, self.degree)
         np.add.at(self.cluster_size, kept, self.cluster_size[removed])
@@ -326,4 +356,12 @@ def _number_vertices(state: _State, priority: Integers | None) -> Elimination:
         error[survivors] = error[removed[-1]]
     parent = state.parent
     parent[survivors] = np.where(survivors == order[:1], -1, order[:1])
-    return Elimination(rank, parent, error, tuple(state.rounds))
+    wedge_parent = None
+    if state.wedges is not None:
+        wedge_parent = state.wedges.parent
+        # Where components end no face is left, and any wedge will do.
+        left = np.flatnonzero(wedge_parent < 0)
+        root = state.wedges.wedges.first[order[0]]
+        wedge_parent[left] = np.where(rank[state.wedges.wedges.vertex[left]] == 0, left, root)
+    least = state.topology_count or state.living
+    return Elimination(rank, parent, error, tuple(state.rounds), wedge_parent, least)

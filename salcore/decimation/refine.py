@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..arrays.edges import edge_key
+from ..arrays.edges import edge_key, pairs_at_edges
 from ..arrays.types import Floats, Indices, Integers, Keys, Mask
 from ..progress import SILENT, Progress
 from .flips import FlipMesh, Quads, gains, independent, nearer_of_two
@@ -24,7 +24,13 @@ LEAST_GAIN = 1e-10
 """Gain of a flip, as a share of its area, up to which it might be rounding."""
 
 
-def fixed_edges(faces: Indices, source: Indices, seams: Integers, protect: Mask) -> Keys:
+def fixed_edges(
+    faces: Indices,
+    source: Indices,
+    seams: Integers,
+    protect: Mask,
+    wedges: Indices | None = None,
+) -> Keys:
     """Return the keys (f,) of the edges of a cut that may not be flipped, ascending.
 
     Parameters
@@ -37,6 +43,8 @@ def fixed_edges(faces: Indices, source: Indices, seams: Integers, protect: Mask)
         Edges of the original: what is left of them stays.
     protect : (n,) bool
         Edges between two of these vertices stay.
+    wedges : (k, 3) int, optional
+        Wedges of the corners: edges stay on whose two sides they differ.
     """
     low, high = source[seams.astype(np.intp)].T
     keys = [edge_key(low, high, len(source))[low != high]]
@@ -44,6 +52,13 @@ def fixed_edges(faces: Indices, source: Indices, seams: Integers, protect: Mask)
         for start, end in zip(faces.T, np.roll(faces, -1, axis=1).T, strict=True):
             both = protect[start] & protect[end]
             keys.append(edge_key(start[both], end[both], len(source)))
+    if wedges is not None:
+        edges, edge, *ends = pairs_at_edges(faces, np.arange(len(faces)), len(source))
+        apart = np.zeros(len(edge), dtype=bool)
+        for one, other in ends:
+            apart |= wedges.ravel()[one] != wedges.ravel()[other]
+        edge = edge[apart]
+        keys.append(edge_key(edges.low[edge], edges.high[edge], len(source)))
     return np.unique(np.concatenate(keys))
 
 

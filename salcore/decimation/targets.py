@@ -37,6 +37,8 @@ def one_target(targets: dict[str, Any]) -> tuple[str, float]:
     if len(given) > 1:
         raise ParameterError(f"{len(given)} targets given ({', '.join(given)}): give one of them")
     ((name, value),) = given.items()
+    if name == "faces" and np.ndim(value):
+        raise ParameterError("faces: give the number of faces to keep")
     return name, rows[name].check(value)
 
 
@@ -59,6 +61,38 @@ def count_for(name: str, value: float, available: int, protected: int) -> int:
             "give more or protect fewer"
         )
     return count
+
+
+def count_for_faces(
+    faces: int, measure: Callable[[int], int], most: int, progress: Progress = SILENT
+) -> int:
+    """Return the largest count of points that leaves at most so many faces; 0 if none does.
+
+    Parameters
+    ----------
+    faces : int
+    measure : callable
+        Returns the number of faces that a count leaves, which grows with it.
+    most : int
+        Largest count.
+    """
+    low, high, below, above = 0, most, 0, measure(most)
+    if above <= faces:
+        return most
+    trials = 0
+    while high - low > 1:
+        share = (faces + 0.5 - below) / (above - below)
+        if trials % 3 == 2:  # a straight line may miss for long
+            share = 0.5
+        trial = int(np.clip(low + share * (high - low), low + 1, high - 1))
+        left = measure(trial)
+        if left <= faces:
+            low, below = trial, left
+        else:
+            high, above = trial, left
+        trials += 1
+        progress(1.0 - 0.8**trials)
+    return low
 
 
 def count_within(

@@ -10,12 +10,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import cKDTree
 
 from ..arrays.blocks import run_blocks
 from ..arrays.check import indices, real_numbers
-from ..arrays.types import Floats, Indices, Integers
+from ..arrays.types import Floats, Indices, Integers, Mask
 from ..arrays.vectors import sum_by_label, unit
 from ..errors import GeometryError
 from ..parameters import Parameters, checked
@@ -53,11 +53,19 @@ class Geometry:
     vertex_of : (N,) intp
         Vertex that stands for each input point, -1 where the point was dropped.
     input_of : (n,) intp
-        First input point of each vertex.
+        Input point that stands for each vertex: the first, or one that a face uses if not all do.
     number : (n,) intp
         Number of each vertex in the order of the input, which decides ties. The vertices of a large
         cloud are in the order of a k-d tree, so that neighbours lie together in memory (a fifth of
         the time on LiDAR); others stay as they are.
+    loose : (N,) bool
+        Input points that no face uses.
+    corner_points : (m, 3) intp or None
+        Input points at the corners of `faces`, where these use several that are equal.
+    given_faces : int
+        Number of faces of the input.
+    coordinates : (N, 3) float64
+        The input's points as they are, for positions that must not be rounded.
     """
 
     points: Floats
@@ -69,6 +77,10 @@ class Geometry:
     vertex_of: Indices
     input_of: Indices
     number: Indices
+    loose: Mask
+    coordinates: Floats
+    corner_points: Indices | None = None
+    given_faces: int = 0
 
     @property
     def input_count(self) -> int:
@@ -80,6 +92,19 @@ class Geometry:
         """`number` where it is not the order of the vertices themselves."""
         in_order = len(self.faces) or len(self.number) < SCATTERED
         return None if in_order else self.number
+
+    @property
+    def available(self) -> int:
+        """Number of points to choose from: equal ones that faces use count once."""
+        standing = np.zeros(self.input_count, dtype=bool)
+        standing[self.input_of] = True
+        others = (self.vertex_of >= 0) & self.loose & ~standing
+        return len(self.points) + int(np.count_nonzero(others))
+
+    def input_corners(self, corners: Integers) -> NDArray[np.int64]:
+        """Return the corners of the input's faces that corners of the clean ones are."""
+        face, corner = np.divmod(corners, 3)
+        return 3 * self.face_of[face].astype(np.int64) + corner
 
     @property
     def unit_diagonal(self) -> float:
@@ -140,6 +165,12 @@ def clean(
     vertex_of = np.full(len(finite), -1, dtype=np.intp)
     vertex_of[kept] = welded
     corners, face_of = _clean_faces(triangles, vertex_of)
+    used = triangles[face_of].astype(np.intp)
+    input_of = kept[first]
+    input_of[corners.ravel()[::-1]] = used.ravel()[::-1]
+    loose = np.ones(len(finite), dtype=bool)
+    loose[used] = False
+    split = (input_of[corners] != used).any()
     return Geometry(
         points=centred[first],
         faces=corners,
@@ -148,8 +179,12 @@ def clean(
         to_unit=to_unit,
         centre=centre,
         vertex_of=vertex_of,
-        input_of=kept[first],
+        input_of=input_of,
         number=number,
+        loose=loose,
+        coordinates=coordinates,
+        corner_points=used if split else None,
+        given_faces=len(triangles),
     )
 
 

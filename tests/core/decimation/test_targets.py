@@ -6,14 +6,20 @@ import dataclasses
 import numpy as np
 import pytest
 from models import load_model
-from shapes import bumpy
+from shapes import box, bumpy, grid, hull_mesh, sphere_cloud, torus
 
 import salcore
-from salcore.decimation.targets import CLOSE, count_for, count_within, one_target
+from salcore.decimation.targets import (
+    CLOSE,
+    count_for,
+    count_for_faces,
+    count_within,
+    one_target,
+)
 from salcore.progress import Progress
 
 
-@pytest.mark.parametrize("ratio", [0.0, 0.1, 1 / 3, 1.0])
+@pytest.mark.parametrize("ratio", [1e-9, 0.1, 1 / 3, 1.0])
 def test_ratios(ratio):
     result = salcore.simplify(bumpy(1000), ratio=ratio)
     assert len(result.indices) == max(round(ratio * 1000), 1)
@@ -22,10 +28,12 @@ def test_ratios(ratio):
 @pytest.mark.parametrize(
     ("target", "message"),
     [
-        ({}, "no target given: give one of ratio, count, max_error, alpha"),
+        ({}, "no target given: give one of ratio, count, faces, max_error, alpha"),
         ({"ratio": 0.1, "count": 5}, r"2 targets given \(ratio, count\)"),
-        ({"ratio": 1.1}, "ratio=1.1: give a number from 0 to 1"),
+        ({"ratio": 1.1}, "ratio=1.1: give a number above 0 to 1"),
         ({"count": 0}, "count=0"),
+        ({"ratio": 0}, "ratio=0: give a number above 0 to 1"),
+        ({"faces": 10}, "faces=10: there are no faces; give count or ratio"),
         ({"count": 2.5}, "count=2.5: give a whole number"),
         ({"max_error": -1}, "max_error=-1"),
         ({"rati": 0.3}, "no target 'rati'"),
@@ -33,7 +41,7 @@ def test_ratios(ratio):
 )
 def test_mistakes(target, message):
     with pytest.raises(salcore.ParameterError, match=message):
-        salcore.simplify(bumpy(30), **target)
+        salcore.analyze(bumpy(30)).simplify(**target)
 
 
 @pytest.mark.parametrize("name", ["fandisk.obj", "nasty/non_manif_hole.ply"])
@@ -88,3 +96,70 @@ def test_the_fewest_points_within_an_error(fewest, guess, least):
 
 def test_no_points_at_all():
     assert count_within(1.0, np.empty(0), lambda count: 0.0, 1) == 0
+
+
+def spheres():
+    """Return two spheres of very different size."""
+    large, faces = hull_mesh(sphere_cloud(900))
+    small, others = hull_mesh(sphere_cloud(200, radius=0.1))
+    return np.concatenate([large, small + 3.0]), np.concatenate([faces, others + len(large)])
+
+
+@pytest.mark.parametrize("shape", ["grid", "torus", "box", "spheres"])
+def test_a_number_of_faces_or_the_nearest_below(shape):
+    points, faces = {
+        "grid": lambda: grid(31, 25),
+        "torus": lambda: torus(40, 24),
+        "box": lambda: box(14),
+        "spheres": spheres,
+    }[shape]()
+    analysis = salcore.analyze(points, faces)
+    for wanted in (len(faces), 1001, 500, 333, 100, 64):
+        result = analysis.simplify(faces=wanted)
+        left = len(result.faces)
+        assert wanted - 2 <= left <= wanted
+        if left < wanted:
+            more = analysis.simplify(count=len(result.indices) + 1)
+            assert len(more.faces) > wanted
+            assert result.notes[0].startswith(f"faces={wanted}: {left} faces are kept")
+        else:
+            assert not any("faces=" in note for note in result.notes)
+    with pytest.raises(salcore.ParameterError, match=f"there are {len(faces)} valid faces"):
+        analysis.simplify(faces=len(faces) + 1)
+
+
+def test_faces_and_protected_points():
+    points, faces = grid(21, 21)
+    protect = points[:, 0] == 0
+    analysis = salcore.analyze(points, faces)
+    result = analysis.simplify(faces=100, protect=protect)
+    assert len(result.faces) in (99, 100)
+    assert np.isin(np.flatnonzero(protect), result.indices).all()
+    with pytest.raises(salcore.ParameterError, match="faces=3: 21 protected points make"):
+        analysis.simplify(faces=3, protect=protect)
+
+
+def test_counts_of_faces():
+    for step in (1, 2, 7):
+        for wanted in (0, 1, 6, 50, 139, 1000):
+            trials = []
+
+            def measure(count, step=step, trials=trials):
+                trials.append(count)
+                return 0 if count < 30 else step * (count - 29)
+
+            count = count_for_faces(wanted, measure, 100)
+            assert measure(count) <= wanted
+            assert count == 100 or measure(count + 1) > wanted
+            assert len(trials) < 20
+
+
+def test_faces_are_an_array_or_a_number():
+    points, faces = grid(9, 9)
+    one = salcore.simplify(points, faces=faces, ratio=0.5)
+    assert (one.faces == salcore.simplify(points, faces, ratio=0.5).faces).all()
+    assert len(salcore.simplify(points, faces, faces=60).faces) == 60
+    with pytest.raises(salcore.ParameterError, match="2 targets given"):
+        salcore.simplify(points, faces, ratio=0.5, faces=60)
+    with pytest.raises(salcore.ParameterError, match="faces: give the number of faces to keep"):
+        salcore.simplify(points, faces, faces=faces)
