@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from .arrays.blocks import set_workers
 from .arrays.check import corner_values, indices
 from .arrays.types import Floats, Indices, Mask
-from .decimation.attribute_transfer import corner_sources, edge_sources
+from .decimation.attribute_transfer import corner_sources, edge_sources, place_sources
 from .decimation.kept_points import keep_corner_points, keep_points
 from .decimation.normal_transfer import transfer_normals
 from .decimation.put_backs import put_backs
@@ -311,6 +311,54 @@ class Simplification:
             moved = geometry.points.copy()
             moved[vertex] = (self.positions - geometry.centre) * geometry.to_unit
         return transfer_normals(geometry.points, geometry.faces, vertex[self.faces], moved)
+
+    def place_source(self) -> tuple[NDArray[np.int64], Floats]:
+        """Return the input face that each kept point lies on, and its place in it.
+
+        For colours and all else that belongs to points, where these have moved: what the face's
+        corners have, times the weights, is what the original has there.
+
+        Returns
+        -------
+        face : (M,) int64
+            Input face; -1 for a point that no face uses.
+        weights : (M, 3) float64
+            Of the face's corners; they are at least 0, and their sum is 1.
+
+        Raises
+        ------
+        GeometryError
+            If the simplification has no faces.
+
+        Notes
+        -----
+        O(F) time. The face is sought from where the point was.
+
+        Examples
+        --------
+        >>> import numpy as np, salcore
+        >>> x, y = np.meshgrid(np.arange(9.0), np.arange(9.0))
+        >>> points = np.stack([x.ravel(), y.ravel(), (x * y / 9).ravel()], axis=1)
+        >>> corner = (9 * np.arange(8)[:, None] + np.arange(8)).ravel()
+        >>> sides = [[0, 1, 10], [0, 10, 9]]
+        >>> faces = np.concatenate([corner[:, None] + side for side in sides])
+        >>> light = salcore.simplify(
+        ...     points, faces, ratio=0.3, parameters=salcore.Parameters(placement="optimal")
+        ... )
+        >>> face, weights = light.place_source()
+        >>> red = np.linspace(0, 1, 81)
+        >>> (weights * red[faces[face]]).sum(axis=1).shape == light.indices.shape
+        True
+        """
+        if self.faces is None:
+            raise GeometryError("faces: this simplification has none; simplify a mesh by count")
+        geometry = self._context.geometry
+        vertex = geometry.vertex_of[self.indices]
+        places = geometry.points[vertex]
+        if self.positions is not None:
+            places = (self.positions - geometry.centre) * geometry.to_unit
+        face, weights = place_sources(geometry.points, geometry.faces, vertex, places)
+        return np.where(face >= 0, geometry.face_of[face], -1).astype(np.int64), weights
 
     def edge_source(self, edges: ArrayLike, new_edges: ArrayLike) -> NDArray[np.int64]:
         """Return the input edge (e,) that each edge of the result takes its values from.

@@ -13,8 +13,11 @@ order               the rounds of collapses: rank, parent and error of every ver
 cut                 what a count keeps, and what stands for the rest
 targets             what a caller asks for, as a count
 wedge_collapses     where the values of corners go
-refine, flips       edges of a cut are flipped to where its original lies
-samples             the original as samples, and the face of a cut that each is nearest to
+samples             of the original surface, by which a cut is refined
+nearest_faces       the face of a cut that each sample lies nearest to
+flips               edge flips: which are legal, what they gain, which can be done together
+refine              flips after the cut
+fitting             positions and flips that bring a cut nearest to its original
 kept_points         the kept vertices in the input's own numbers
 normal_transfer     the original's normals for a light mesh
 attribute_transfer  where corners and edges of the result take their values from
