@@ -197,8 +197,8 @@ def _face_arrays(mesh: Any, result: salcore.Simplification) -> dict[str, Any]:
 
 def _wedges(mesh: Any, result: salcore.Simplification) -> Floats:
     """Return texture coordinates (3 K, 2) for the corners of the kept faces."""
-    wedges = mesh.wedge_tex_coord_matrix()
-    return np.asarray(wedges[np.ravel(result.face_corners)])
+    wedges, corners = mesh.wedge_tex_coord_matrix(), result.face_corners
+    return np.asarray(wedges[[] if corners is None else corners.ravel()])
 
 
 def _use_first_texture(mesh_set: Any) -> None:
