@@ -69,6 +69,8 @@ def corner_layers(mesh: Any) -> dict[str, Any]:
     if split and mesh.has_vertex_color():
         values.append(mesh.vertex_color_matrix()[faces])
     given: dict[str, Any] = {"corner_values": [np.nan_to_num(v) for v in values] or None}
+    if mesh.has_vertex_color():
+        given["point_values"] = np.nan_to_num(mesh.vertex_color_matrix()[:, :3])
     normals = mesh.vertex_normal_matrix()
     if split and normals.any():
         given["corner_normals"] = np.nan_to_num(normals)[faces]
