@@ -76,19 +76,12 @@ class VIEW3D_PT_salient_quality(_Panel, bpy.types.Panel):
         layout.use_property_split = True
         layout.use_property_decorate = False
         draw_kept(layout, settings)
-        self._draw_protect(layout, context, settings)
-        for name in properties.QUALITY:
-            layout.prop(settings, name)
-
-    def _draw_protect(self, layout: Any, context: Any, settings: Any) -> None:
-        obj = context.object
         for name in ("protect", "importance"):
-            if obj is not None and obj.type == "MESH":
-                layout.prop_search(settings, name, obj, "vertex_groups")
-            elif obj is not None and obj.type == "POINTCLOUD":
-                layout.prop_search(settings, name, obj.data, "attributes")
+            layout.prop(settings, name)
         if settings.importance:
             layout.prop(settings, "importance_factor")
+        for name in properties.QUALITY:
+            layout.prop(settings, name)
 
 
 def _draw_figures(column: Any, context: Any) -> None:
