@@ -82,7 +82,13 @@ class Cuts:
             value = min(value, available)  # copies that faces use come of themselves
         count = count_for(name, value, available, self.constraints.least_count)
         least = min(self.least, available)
-        return max(count, least), self._notes_of_least(f"{name}={value:g}", count, least)
+        notes = self._notes_of_least(f"{name}={value:g}", count, least)
+        count = max(count, least)
+        ranks = count - self.constraints.protected_copies
+        short = ranks - int(np.count_nonzero(self.elimination.rank < ranks))
+        if short > 0 and ranks <= len(self.elimination.rank):
+            notes.append(f"{name}={value:g}: {count - short} points are kept; parts go whole")
+        return count, notes
 
     def _notes_of_least(self, asked: str, count: int, least: int) -> list[str]:
         """Return a note where a count is raised to the least one that keeps what is to be kept."""
@@ -99,9 +105,9 @@ class Cuts:
         geometry, copies = self.geometry, self.constraints.protected_copies
         if not len(geometry.faces):
             raise ParameterError(f"faces={wanted}: there are no faces; give count or ratio")
-        if wanted > len(geometry.faces):
+        if wanted > geometry.face_count:
             raise ParameterError(
-                f"faces={wanted}: there are {len(geometry.faces)} valid faces; give at most so many"
+                f"faces={wanted}: there are {geometry.face_count} valid faces; give at most so many"
             )
         part = work.part(0.0, 1.0, "Faces")
         total = len(geometry.points)
@@ -118,13 +124,15 @@ class Cuts:
         left = self.count_faces(count)
         if left < wanted:
             more = self.count_faces(count + 1)
-            notes.append(f"faces={wanted}: {left} faces are kept; a point more would make {more}")
+            notes.append(f"faces={wanted}: {left} faces are kept; the next step makes {more}")
         return count + copies, notes
 
     def count_faces(self, ranks: int) -> int:
         """Return the number of faces that are left with so many vertices."""
         source = living_ancestors(self.elimination, ranks)
-        return len(cut_faces(self.geometry.faces, source)[1])
+        left = cut_faces(self.geometry.faces, source)[1]
+        backs = self.geometry.backs
+        return len(left) + (0 if backs is None else int(np.isin(left, backs.front).sum()))
 
     def _count_within(self, bound: float, work: Progress) -> int:
         """Return about the fewest points whose measured error is within the bound."""
@@ -183,19 +191,27 @@ class Cuts:
             protected=constraints.protected_points,
             copies=ranks - len(elimination.rank),
             notes=tuple(notes),
-        )
+        ).with_backs()
 
     def _losses(self, ranks: int, faces: Indices) -> list[str]:
-        """Return notes on the topology that the faces of a cut have lost."""
-        if ranks >= self.elimination.topology_count:
+        """Return notes on the parts and the topology that the faces of a cut have lost."""
+        elimination = self.elimination
+        gone = int(np.count_nonzero(elimination.part_ranks >= ranks))
+        if not gone and ranks >= elimination.topology_count:
             return []
         part = label_parts(self.geometry.faces, len(self.geometry.points))
         parts = int(part.max()) + 1
-        before, after = (measure_topology(f, part, parts) for f in (self.geometry.faces, faces))
-        lost = topology_given_up(before, after)
-        gone = int(np.count_nonzero((before.faces > 0) & (after.faces == 0)))
+        notes = []
         if gone:
-            lost.insert(0, f"{gone} of {parts} parts gone")
-        if not lost:
-            return []
-        return [f"Topology: {', '.join(lost)}; keep_topology stops before that"]
+            notes.append(f"{gone} of {parts} parts went whole, those that matter least")
+        if ranks < elimination.topology_count:
+            before, after = (
+                measure_topology(every, part, parts) for every in (self.geometry.faces, faces)
+            )
+            lost = topology_given_up(before, after)
+            apart = int(np.count_nonzero((before.faces > 0) & (after.faces == 0))) - gone
+            if apart > 0:
+                lost.insert(0, f"{apart} part{'s'[: apart > 1]} without faces")
+            if lost:
+                notes.append(f"Topology: {', '.join(lost)}; keep_topology stops before that")
+        return notes

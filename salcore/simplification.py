@@ -17,6 +17,7 @@ from .arrays.types import Floats, Indices, Mask
 from .decimation.attribute_transfer import corner_sources, edge_sources
 from .decimation.kept_points import keep_corner_points, keep_points
 from .decimation.normal_transfer import transfer_normals
+from .decimation.put_backs import put_backs
 from .errors import GeometryError
 from .input.geometry import Geometry
 from .measure.distances import Surface, distances
@@ -203,6 +204,35 @@ class Simplification:
             _context=_Context(geometry, corner_origin=corner_origin, corners=corners, **context),
         )
 
+    def with_backs(self) -> Simplification:
+        """Return the same with the backs of faces that were given on both sides."""
+        if self.faces is None or self.face_source is None or self.face_corners is None:
+            return self
+        geometry = self._context.geometry
+        both = put_backs(geometry, self.indices, self.faces, self.face_source, self.face_corners)
+        if both is None:
+            return self
+        source = np.where(self.source < 0, -1, both.place[self.source])
+        source[both.indices] = np.arange(len(both.indices))
+        moved = None
+        if self.positions is not None:
+            # A back's own points are where those of the front are.
+            shift = np.zeros((len(geometry.points), 3))
+            vertex = geometry.vertex_of[self.indices]
+            shift[vertex] = self.positions - geometry.coordinates[self.indices]
+            moved = geometry.coordinates[both.indices] + shift[geometry.vertex_of[both.indices]]
+        result = dataclasses.replace(
+            self,
+            indices=both.indices,
+            faces=both.faces,
+            face_source=both.face_source,
+            corner_origin=both.face_corners,
+            source=source,
+            positions=moved,
+        )
+        result.__dict__["face_corners"] = both.face_corners
+        return result
+
     @cached_property
     def face_corners(self) -> NDArray[np.int64] | None:
         if self.faces is None or self.face_source is None:
@@ -337,7 +367,7 @@ class Simplification:
         return Report(
             points_before=before,
             points_after=after,
-            faces_before=len(geometry.faces),
+            faces_before=geometry.face_count,
             faces_after=0 if self.faces is None else len(self.faces),
             parts_before=count_parts(geometry.faces, len(geometry.points)),
             parts_after=parts_after,

@@ -209,9 +209,10 @@ class Ranking:
     Attributes
     ----------
     rank : (N,) int64
-        A permutation: the points of rank below a count are those that this count keeps. Points
-        that equal another come after all distinct ones, first those that no face uses; points that
-        are not finite last. Protected points come first.
+        The points of rank below a count are those that this count keeps. A permutation, but for
+        parts of a mesh that go whole: their points share the highest of their ranks. Points that
+        equal another come after all distinct ones, first those that no face uses; points that are
+        not finite last. Protected points come first.
     parent : (N,) int64
         Point of lower rank that each goes into; -1 for rank 0.
     generations : int
@@ -233,31 +234,31 @@ def input_ranking(
     vertex_of, protected = geometry.vertex_of, constraints.protected_points
     standing = first_points(geometry, protected)
     finite = vertex_of >= 0
+    held = np.count_nonzero(constraints.staying)
     others = finite.copy()
     others[standing] = False
-    first = np.zeros(len(finite), dtype=bool)
+    protected_copies = np.zeros(len(finite), dtype=bool)
     if protected is not None:
-        first = others & protected & geometry.loose
-    ordered = standing[np.argsort(elimination.rank)]
-    held = np.count_nonzero(constraints.staying)
-    order = np.concatenate(
+        protected_copies = others & protected & geometry.loose
+    copies = np.count_nonzero(protected_copies)
+    last = np.concatenate(
         [
-            ordered[:held],
-            np.flatnonzero(first),
-            ordered[held:],
-            np.flatnonzero(others & ~first & geometry.loose),
+            np.flatnonzero(others & ~protected_copies & geometry.loose),
             np.flatnonzero(others & ~geometry.loose),
             np.flatnonzero(~finite),
         ]
     )
-    rank = np.empty(len(order), dtype=np.int64)
-    rank[order] = np.arange(len(order))
-    parent = np.full(len(order), order[0] if len(order) else 0, dtype=np.int64)
+    rank = np.empty(len(vertex_of), dtype=np.int64)
+    rank[standing] = elimination.rank + np.where(elimination.rank >= held, copies, 0)
+    rank[protected_copies] = held + np.arange(copies)
+    rank[last] = len(standing) + copies + np.arange(len(last))
+    root = standing[elimination.rank == 0]
+    parent = np.full(len(rank), root[0] if len(root) else 0, dtype=np.int64)
     parent[finite] = standing[vertex_of[finite]]
     parent[standing] = standing[elimination.parent]
-    parent[order[:1]] = order[:1]
+    parent[root] = root
     generations = _last_ancestors(parent)[1]
-    parent[order[:1]] = -1
+    parent[root] = -1
     least = max(held, 1)
     if constraints.keep_topology:
         least = max(least, elimination.topology_count)

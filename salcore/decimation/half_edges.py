@@ -202,6 +202,14 @@ class HalfEdges:
             self.source[half], self.cost[half] = 0, np.inf
         self.dead += len(gone)
 
+    def remove(self, leaving: Mask) -> None:
+        """Let all edges of vertices (n,) die that go with their parts."""
+        low, high = self.source.reshape(2, -1)
+        gone = np.flatnonzero(leaving.take(low) & (low != high))
+        for half in (gone, gone + len(self.seam)):
+            self.source[half], self.cost[half] = 0, np.inf
+        self.dead += len(gone)
+
     def _lay_seams(self, keys: Keys) -> None:
         """Make seams of the edges of these keys, which others are laid upon."""
         if not len(keys):

@@ -32,6 +32,7 @@ from .legality import (
     would_break_seam,
 )
 from .one_rings import Corners, OneRings
+from .parts import Parts, faces_without, share_ranks
 from .quadrics import vertex_quadrics
 from .wedge_collapses import WedgeCollapses
 
@@ -44,6 +45,9 @@ MAX_CANDIDATE_FACTOR = 2**24
 """Factor on the share, doubled by every round in vain, beyond which the rounds have stalled: every
 vertex has failed into its 20 or so cheapest neighbours. Fans of hundreds round a non-manifold edge
 would take as many rounds."""
+AHEAD = 2.0
+"""Factor on the least cost of a collapse up to which parts go in the same round: in a mesh of many
+small parts the larger ones are a small share, of which a round collapses some only."""
 RETRY = 0.25
 """Share to go before collapses that failed are tried again. Those next to a collapse are tried
 again at once; a collapse fails anew where nothing round it has changed."""
@@ -62,7 +66,8 @@ class Elimination:
     Attributes
     ----------
     rank : (n,) intp
-        A permutation: the vertex of rank r is among the kept of every count above r.
+        The vertex of rank r is among the kept of every count above r. A permutation, but for parts
+        that go whole: their vertices share the highest of their ranks.
     parent : (n,) intp
         Vertex of lower rank that each went into; -1 for rank 0.
     error : (n,) float64
@@ -81,6 +86,8 @@ class Elimination:
     wedge_parent: Ints | None = None
     topology_count: int = 0
     """Least count before collapses that change the topology of a surface."""
+    part_ranks: Indices = field(default_factory=lambda: np.empty(0, dtype=np.intp))
+    """Ranks of the parts that go whole, ascending."""
 
 
 def eliminate(
@@ -115,15 +122,15 @@ def eliminate(
     wedges : Wedges, optional
         Of the first of the faces. Where there are seams, collapses that tear charts are put off.
     keep_topology : bool
-        End where only collapses are left that change the topology.
+        No part goes whole, and the end is where only collapses are left that change the topology.
 
     Notes
     -----
     About O(n log n): the rounds shrink geometrically. Some 550 bytes a vertex at the peak.
 
-    While the surface is a manifold it stays one, of the same topology: the link condition of Dey
-    et al. holds for every collapse. Where only forbidden collapses are left, they are done all the
-    same, so that every component ends in one vertex.
+    While a part is a manifold it stays one, of the same topology: the link condition of Dey et al.
+    holds for every collapse. Small parts go whole (`parts`). Where only forbidden collapses are
+    left, they are done all the same, so that what is left ends in one vertex.
     """
     rounds = progress.part(START_SHARE, 1.0)
     state = _start(points, faces, links, weights, seams, priority, progress.part(0.0, START_SHARE))
@@ -131,17 +138,20 @@ def eliminate(
         state.wedges = WedgeCollapses.of_faces(wedges, faces)
         state.charts_hold = bool(state.half_edges.seam.any())
     state.keep_topology = keep_topology
+    if len(faces) and not keep_topology:
+        ends = state.half_edges.source.reshape(2, -1)
+        state.parts = Parts.find((ends[0], ends[1]), state.costs, weights, priority)
     while True:
-        least = state.half_edges.find_cheapest()
-        candidates = state.pick_candidates(least)
-        if state.must_retry(candidates):
-            if not state.retry(candidates):
+        least = state.find_cheapest()
+        candidates, leaving = state.pick_candidates(least)
+        if state.must_retry(candidates | leaving):
+            if not state.retry(candidates | leaving):
                 break
             continue
         collapses = state.half_edges.pick_collapses(candidates, least)
         rings = OneRings.find(collapses, state.half_edges.source, state.corners, len(least))
         performed = state.select_legal(rings)
-        state.perform(rings, performed, least)
+        state.perform(rings, performed, least, leaving)
         if state.living < COMPACT * len(state.vertex_id):
             state.compact()
         rounds(1.0 - state.living / max(len(points), 1))
@@ -174,6 +184,9 @@ class _State:
     candidate_factor: int = 1
     relaxed: bool = False
     """Whether only forbidden collapses are left, and are done."""
+    parts: Parts | None = None
+    gone_parts: list[tuple[Indices, Ints]] = field(default_factory=list)
+    """Vertices of the whole surface that went with their parts, and these."""
     keep_topology: bool = False
     """Whether the end is where only forbidden collapses are left."""
     topology_count: int | None = None
@@ -184,14 +197,31 @@ class _State:
     """The vertices of the whole surface that each round removed, cheapest first."""
     rounds: list[tuple[int, int, float]] = field(default_factory=list)
 
-    def pick_candidates(self, least: Floats) -> Mask:
-        """Return the cheapest vertices (n,), from the least cost of every vertex."""
+    def find_cheapest(self) -> Floats:
+        """Return the cost (n,) of every vertex's cheapest collapse; infinite for none."""
+        least = self.half_edges.find_cheapest()
+        if self.parts is not None and self.relaxed:
+            least = self.parts.spare_largest(least)
+        return least
+
+    def pick_candidates(self, least: Floats) -> tuple[Mask, Mask]:
+        """Return the cheapest vertices (n,), and those whose parts go whole.
+
+        The costs `least` (n,) of the latter become the prices of their parts.
+        """
+        leaving = np.zeros(len(least), dtype=bool)
+        if self.parts is not None:
+            price = self.parts.prices(least)
+            leaving = np.isfinite(price) & (self.parent[self.vertex_id] < 0)
+            np.copyto(least, price, where=leaving)
         finite = least[np.isfinite(least)]
         if not len(finite):
-            return np.zeros(len(least), dtype=bool)
+            return np.zeros(len(least), dtype=bool), leaving
         share = CANDIDATES if self.living > SMALL else CANDIDATES_IF_SMALL
         place = min(len(finite) - 1, int(share * self.candidate_factor * self.living))
-        return np.asarray(least <= np.partition(finite, place)[place])
+        cheap = np.asarray(least <= np.partition(finite, place)[place])
+        soon = least <= AHEAD * least[~leaving].min(initial=np.inf)
+        return cheap & ~leaving, cheap & leaving & soon
 
     def must_retry(self, candidates: Mask) -> bool:
         """Return whether to try again what has failed, for want of candidates or after a while."""
@@ -237,17 +267,51 @@ class _State:
         forbidden = FORBIDDEN_AT_LAST if self.relaxed else FORBIDDEN
         return np.where(self.guessed[vertices], GUESSED, forbidden)
 
-    def perform(self, rings: OneRings, performed: Mask, least: Floats) -> None:
-        """Do the collapses that are chosen, and work out the costs round them."""
-        self.candidate_factor = 1 if performed.any() else 2 * self.candidate_factor
-        if not performed.any():
+    def perform(self, rings: OneRings, performed: Mask, least: Floats, leaving: Mask) -> None:
+        """Do the collapses that are chosen, let parts go, and work out the costs round them."""
+        leaves = np.flatnonzero(leaving)
+        done = len(leaves) > 0 or bool(performed.any())
+        # Among many small parts wait until all that is cheaper has failed: their prices come then.
+        patient = self.parts is not None and self.living <= SMALL and not self.relaxed
+        self.candidate_factor = 1 if done or patient else 2 * self.candidate_factor
+        if not done:
             return
         removed, kept = rings.removed[performed], rings.kept[performed]
+        self._count_removed(removed, leaves, least)
+        if len(removed):
+            self._collapse(rings, performed, removed, kept)
+        if len(leaves):
+            self._remove_parts(leaves, leaving)
+
+    def _count_removed(self, removed: Ints, leaves: Indices, least: Floats) -> None:
+        """Note what a round removes: collapsed vertices and, part by part, those of parts."""
+        together = removed.astype(np.intp)
+        if self.parts is not None:
+            by_part = np.argsort(self.parts.label[leaves], kind="stable")
+            together = np.concatenate([leaves[by_part], together])
+            together = together[np.argsort(least[together], kind="stable")]
+            self.parts.remove(together)
+        self.removed.append(self.vertex_id[together])
+        self.living -= len(together)
+        self.since_retry += len(together)
+        self.rounds.append((self.living, len(together), float(least[together[-1]])))
+
+    def _remove_parts(self, leaves: Indices, leaving: Mask) -> None:
+        """Let the vertices of whole parts go, with all their faces and edges."""
+        assert self.parts is not None
+        vertices, part = self.vertex_id[leaves], self.parts.label[leaves]
+        self.gone_parts.append((vertices, part))
+        self.parent[vertices] = vertices
+        self.mean_square[vertices] = self.parts.move[part]
+        left = faces_without(leaving, self.corners)
+        self.corners = [corner[left] for corner in self.corners]
+        if self.wedges is not None:
+            self.wedges.corners = [wedge[left] for wedge in self.wedges.corners]
+        self.half_edges.remove(leaving)
+
+    def _collapse(self, rings: OneRings, performed: Mask, removed: Ints, kept: Ints) -> None:
+        """Do the collapses that are chosen."""
         vertices = self.vertex_id[removed]
-        self.removed.append(vertices)
-        self.living -= len(vertices)
-        self.since_retry += len(vertices)
-        self.rounds.append((self.living, len(vertices), float(least[removed[-1]])))
         if self.wedges is not None:
             self.wedges.perform(rings, performed, self.vertex_id)
         self._rewire_faces(rings, performed)
@@ -283,6 +347,8 @@ class _State:
         self.cluster_size = self.cluster_size.take(alive)
         self.degree = self.degree.take(alive)
         self.guessed = self.guessed.take(alive)
+        if self.parts is not None:
+            self.parts.compact(alive)
 
 
 def _start(
@@ -355,6 +421,8 @@ def _number_vertices(state: _State, priority: Integers | None) -> Elimination:
         error[removed] = np.sqrt(np.maximum.accumulate(state.mean_square[removed]))
         error[survivors] = error[removed[-1]]
     parent = state.parent
+    for vertices, _ in state.gone_parts:
+        parent[vertices] = order[0]
     parent[survivors] = np.where(survivors == order[:1], -1, order[:1])
     wedge_parent = None
     if state.wedges is not None:
@@ -364,4 +432,5 @@ def _number_vertices(state: _State, priority: Integers | None) -> Elimination:
         root = state.wedges.wedges.first[order[0]]
         wedge_parent[left] = np.where(rank[state.wedges.wedges.vertex[left]] == 0, left, root)
     least = state.topology_count or state.living
-    return Elimination(rank, parent, error, tuple(state.rounds), wedge_parent, least)
+    parts = share_ranks(rank, state.gone_parts)
+    return Elimination(rank, parent, error, tuple(state.rounds), wedge_parent, least, parts)

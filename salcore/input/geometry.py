@@ -19,6 +19,7 @@ from ..arrays.types import Floats, Indices, Integers, Mask
 from ..arrays.vectors import sum_by_label, unit
 from ..errors import GeometryError
 from ..parameters import Parameters, checked
+from .backs import Backs, find_backs, make_backs
 
 MAX_EXPONENT = 1024
 """Exponent of the largest doubles."""
@@ -66,6 +67,8 @@ class Geometry:
         Number of faces of the input.
     coordinates : (N, 3) float64
         The input's points as they are, for positions that must not be rounded.
+    backs : Backs or None
+        Faces that are others turned over, which are not among `faces`.
     """
 
     points: Floats
@@ -81,6 +84,7 @@ class Geometry:
     coordinates: Floats
     corner_points: Indices | None = None
     given_faces: int = 0
+    backs: Backs | None = None
 
     @property
     def input_count(self) -> int:
@@ -105,6 +109,11 @@ class Geometry:
         """Return the corners of the input's faces that corners of the clean ones are."""
         face, corner = np.divmod(corners, 3)
         return 3 * self.face_of[face].astype(np.int64) + corner
+
+    @property
+    def face_count(self) -> int:
+        """Number of valid faces, backs included."""
+        return len(self.faces) + (0 if self.backs is None else len(self.backs.face))
 
     @property
     def unit_diagonal(self) -> float:
@@ -170,6 +179,14 @@ def clean(
     input_of[corners.ravel()[::-1]] = used.ravel()[::-1]
     loose = np.ones(len(finite), dtype=bool)
     loose[used] = False
+    backs = None
+    back, front = find_backs(corners, len(first))
+    if len(back):
+        backs = make_backs(corners, face_of, used, back, front)
+        fronts = np.ones(len(corners), dtype=bool)
+        fronts[back] = False
+        corners, face_of, used = corners[fronts], face_of[fronts], used[fronts]
+        input_of[corners.ravel()[::-1]] = used.ravel()[::-1]
     split = (input_of[corners] != used).any()
     return Geometry(
         points=centred[first],
@@ -185,6 +202,7 @@ def clean(
         coordinates=coordinates,
         corner_points=used if split else None,
         given_faces=len(triangles),
+        backs=backs,
     )
 
 

