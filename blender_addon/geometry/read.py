@@ -212,6 +212,22 @@ def weights(obj: Any, data: Any, name: str) -> NDArray[np.float64]:
     return values if attribute.domain == "POINT" else _largest_round(data, values)
 
 
+def weight_names(obj: Any) -> list[str]:
+    """Return the names that `weights` understands for an object, the useful ones."""
+    if obj is None or obj.type not in {"MESH", "POINTCLOUD"}:
+        return []
+    mesh = is_mesh(obj.data)
+    domains = ("POINT", "FACE") if mesh else ("POINT",)
+    found = [
+        attribute.name
+        for attribute in obj.data.attributes
+        if attribute.domain in domains
+        and attribute.data_type in WEIGHTS
+        and (not attribute.name.startswith(".") or attribute.name == SCULPT_MASK)
+    ]
+    return [*(group.name for group in obj.vertex_groups if mesh), *found]
+
+
 def _largest_round(mesh: Any, values: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the largest value of the polygons round each vertex; 0 where there is none."""
     first = np.empty(len(mesh.polygons), dtype=np.int32)
@@ -223,6 +239,7 @@ def _largest_round(mesh: Any, values: NDArray[np.float64]) -> NDArray[np.float64
     return result
 
 
+SCULPT_MASK = ".sculpt_mask"
 SHARP = ("sharp_edge", "crease_edge", "bevel_weight_edge", "freestyle_edge")
 """Attributes of edges that make an edge a line to keep."""
 WEIGHTS = ("BOOLEAN", "FLOAT", "INT", "INT8")

@@ -30,6 +30,8 @@ ANALYSIS_SHARE = 0.4
 """Of the time of a simplification, about."""
 MAX_ROWS = 100
 """Rows of the table of regions that are handed over: the most salient ones."""
+MAX_SAMPLE = 20_000
+"""Points among which a mean spacing is found."""
 INTEREST_COLOR, OTHER_COLOR = (0.9, 0.1, 0.05), (0.35, 0.35, 0.38)
 
 _analyses: dict[bytes, Analysis] = {}
@@ -328,10 +330,16 @@ def _shown(points: Any, values: NDArray[Any], rgb: Any) -> dict[str, Any]:
     colors = np.ones((len(values), 4), dtype=np.float32)
     colors[:, :3] = rgb
     finite = points[np.isfinite(points).all(axis=1)]
-    distance = cKDTree(finite).query(finite, k=2)[0][:, 1]
+    return {"values": values, "colors": colors, "radius": point_radius(finite)}
+
+
+def point_radius(points: Any) -> float:
+    """Return half the mean distance to the nearest other point, of a sample; 0 without any."""
+    tree = cKDTree(points, balanced_tree=False)
+    sample = points[:: max(len(points) // MAX_SAMPLE, 1)]
+    distance = tree.query(sample, k=2)[0][:, 1]
     distance = distance[np.isfinite(distance) & (distance > 0.0)]
-    radius = 0.5 * float(distance.mean()) if len(distance) else 0.0
-    return {"values": values, "colors": colors, "radius": radius}
+    return 0.5 * float(distance.mean()) if len(distance) else 0.0
 
 
 def _analysis(
