@@ -11,6 +11,7 @@ from bpy.app.handlers import persistent
 from . import command
 from .operators import levels, live, measure, show, simplify, work
 from .settings import properties
+from .settings.figures import figures
 from .ui import panel
 
 _MODULES = (properties, simplify, levels, show, live, measure, panel)
@@ -21,6 +22,7 @@ _commands: list[Any] = []
 def _forget(*_: Any) -> None:
     """Let go of the analyses of a file that is closed, and of the process that holds them."""
     work.stop()
+    figures.show()
 
 
 def register() -> None:

@@ -7,6 +7,7 @@ import argparse
 import os
 import tempfile
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import bpy
@@ -19,6 +20,8 @@ from .settings import properties
 from .worker import requests
 
 NAME = "salient_simplify"
+KEEP = {"keep_seams": True, "keep_sharp": True, "keep_border": False, "keep_topology": False}
+"""What has to stay, unless options say something else."""
 MISTAKE = 2
 IMPORTERS: dict[str, tuple[str, dict[str, Any]]] = {
     ".ply": ("wm.ply_import", {}),
@@ -71,6 +74,17 @@ def make_parser() -> argparse.ArgumentParser:
     targets = parser.add_mutually_exclusive_group(required=True)
     for row in TARGETS:
         _add(targets, row)
+    for name, default in KEEP.items():
+        words = properties.keep_annotations(set())[name].keywords
+        option = f"--{name.replace('_', '-')}"
+        text = words["description"].replace("%", "%%")
+        parser.add_argument(
+            option, action=argparse.BooleanOptionalAction, default=default, help=text
+        )
+    parser.add_argument(
+        "--measure", action=argparse.BooleanOptionalAction, default=True,
+        help="measure the errors; on large meshes this takes longer than the rest",
+    )  # fmt: skip
     for row in properties.ROWS:
         _add(parser, row)
     return parser
@@ -78,7 +92,7 @@ def make_parser() -> argparse.ArgumentParser:
 
 def _add(group: Any, row: Parameter) -> None:
     """Add the option of one row of the table; left out, the preset's value holds."""
-    words: dict[str, Any] = {"dest": row.name, "help": row.sentence.replace("%", "%%")}
+    words: dict[str, Any] = {"dest": row.name, "help": properties.sentence(row).replace("%", "%%")}
     if row.type is bool:
         words["action"] = argparse.BooleanOptionalAction
     elif row.type is str:
@@ -89,7 +103,7 @@ def _add(group: Any, row: Parameter) -> None:
 
 
 def _simplify(options: argparse.Namespace) -> str:
-    """Read, simplify, write; return a line of figures."""
+    """Read, simplify, write; return notes and a line of figures."""
     read, read_options = _format(options.input, IMPORTERS, "input")
     write, write_options = _format(options.output, EXPORTERS, "output")
     if not options.input.is_file():
@@ -116,24 +130,29 @@ def _simplify(options: argparse.Namespace) -> str:
     if not found:
         raise HostError(f"input={options.input}: holds no mesh and no point cloud")
     before, after = sum(source.count for source in found), 0
-    answers = []
+    kept = SimpleNamespace(protect="", **{name: getattr(options, name) for name in KEEP})
+    answers: list[Any] = []
+    notes: list[str] = []
     for k, source in enumerate(found):
         request = {
             "task": "simplify",
             "parameters": parameters.as_dict(),
             "targets": [target],
-            "measurable": k,
-            **sources.geometry_with_mesh(source, "", True),
+            "measurable": k if options.measure else None,
+            **sources.geometry_with_mesh(source, kept),
         }
         answers.append(requests.run(request))
     for source, answer in zip(found, answers, strict=True):
         result = Reduced.from_dict(answer["levels"][0])
         after += len(result.indices)
+        notes += [f"note: {source.object.name}: {note}" for note in result.notes]
         results.replace(source, result)
-    errors = requests.run({"task": "measure"})
+    errors = requests.run({"task": "measure"}) if options.measure else []
     _write_whole(options.output, write, write_options)
-    largest = max(error["max"] for error in errors)
-    return f"{after} of {before} points, largest error {largest:.4g}"
+    text = f"{after} of {before} points"
+    if errors:
+        text += f", largest error {max(error['max'] for error in errors):.4g}"
+    return "\n".join([*notes, text])
 
 
 def _format(path: Path, known: dict[str, Any], name: str) -> tuple[Any, dict[str, Any]]:

@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 
 import salcore
 
+from .io.layer import NORMAL, RGB, XYZ, Layer, are_split, byte_colors
+
 Floats = NDArray[np.float64]
 
 
@@ -38,17 +40,66 @@ def read(mesh: Any) -> Arrays:
     return Arrays(points, None, normals if normals.any() else None)
 
 
-def read_seams(mesh: Any) -> NDArray[np.int64] | None:
-    """Return the seams (s, 2) of the texture; None without wedge texture coordinates."""
-    if not mesh.has_wedge_tex_coord():
-        return None
-    return salcore.find_seams(mesh.face_matrix(), mesh.wedge_tex_coord_matrix().reshape(-1, 3, 2))
+def corner_layers(mesh: Any) -> dict[str, Any]:
+    """Return what tells the charts of a mesh apart, as arguments of `salcore.Analysis.simplify`.
+
+    Wedge texture coordinates are values of corners; texture coordinates, colours and normals of
+    vertices that lie at one place are so too, for files split vertices along seams.
+    """
+    if not mesh.face_number():
+        return {}
+    faces, points = mesh.face_matrix(), mesh.vertex_matrix()
+    values = []
+    if mesh.has_wedge_tex_coord():
+        values.append(mesh.wedge_tex_coord_matrix().reshape(-1, 3, 2))
+    elif mesh.has_vertex_tex_coord():
+        values.append(mesh.vertex_tex_coord_matrix()[faces])
+    if mesh.has_face_color():
+        values.append(np.repeat(mesh.face_color_matrix()[:, None], 3, axis=1))
+    if are_split(points) and mesh.has_vertex_color():
+        values.append(mesh.vertex_color_matrix()[faces])
+    return {"corner_values": [np.nan_to_num(v) for v in values] or None}
 
 
 def read_surface(mesh: Any) -> salcore.Surface:
     """Return the surface of a mesh, with its matrix applied, for `salcore.compare`."""
     faces = read(mesh).faces
     return salcore.make_surface(mesh.transformed_vertex_matrix(), faces)
+
+
+def make_mesh(layer: Layer) -> tuple[Any, tuple[str, ...]]:
+    """Return a cloud as a `pymeshlab.Mesh`, and the names of the columns that it does not hold."""
+    columns = byte_colors(layer.columns)
+    held, arrays = set(XYZ), {}
+    if set(NORMAL) <= columns.keys():
+        arrays["v_normals_matrix"] = np.column_stack([columns[k] for k in NORMAL]).astype(float)
+        held |= set(NORMAL)
+    if set(RGB) <= columns.keys() and columns["red"].dtype == np.uint8:
+        alpha = columns.get("alpha", np.full(len(layer.points), 255, dtype=np.uint8))
+        paint = np.column_stack([*(columns[k] for k in RGB), alpha])
+        arrays["v_color_matrix"] = paint / 255.0
+        held |= {*RGB, "alpha"}
+    if "quality" in columns:
+        arrays["v_scalar_array"] = columns["quality"].astype(np.float64)
+        held.add("quality")
+    mesh = pymeshlab.Mesh(np.ascontiguousarray(layer.points), **arrays)
+    return mesh, tuple(name for name in columns if name not in held)
+
+
+def make_layer(mesh: Any, reference: Any) -> Layer:
+    """Return the points of a mesh with what `reference`, from which it was made, has."""
+    points = mesh.vertex_matrix()
+    columns = {name: points[:, axis] for axis, name in enumerate(XYZ)}
+    normals = mesh.vertex_normal_matrix()
+    if normals.any():
+        columns |= {name: normals[:, axis] for axis, name in enumerate(NORMAL)}
+    if reference.has_vertex_color():
+        paint = np.round(255.0 * mesh.vertex_color_matrix()).astype(np.uint8)
+        columns |= {name: paint[:, axis] for axis, name in enumerate(RGB)}
+    if reference.has_vertex_scalar():
+        columns["quality"] = mesh.vertex_scalar_array()
+    faces = mesh.face_matrix().astype(np.int64) if mesh.face_number() else None
+    return Layer(mesh.label(), points, columns, faces)
 
 
 def add_simplified(
@@ -133,8 +184,7 @@ def _face_arrays(mesh: Any, result: salcore.Simplification) -> dict[str, Any]:
 def _wedges(mesh: Any, result: salcore.Simplification) -> Floats:
     """Return texture coordinates (3 K, 2) for the corners of the kept faces."""
     wedges = mesh.wedge_tex_coord_matrix()
-    corners = result.corner_source(mesh.face_matrix(), wedges.reshape(-1, 3, 2))
-    return np.asarray(wedges[corners.ravel()])
+    return np.asarray(wedges[result.face_corners.ravel()])
 
 
 def _use_first_texture(mesh_set: Any) -> None:

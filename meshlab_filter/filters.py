@@ -12,7 +12,6 @@ False `salcore.Cancelled`.
 
 from __future__ import annotations
 
-import difflib
 import numbers
 from collections.abc import Callable
 from typing import Any
@@ -23,8 +22,16 @@ import pymeshlab
 import salcore
 
 from . import bridge
+from .parameters import (
+    ROWS,
+    TARGETS,
+    Callback,
+    check_not_empty,
+    closest,
+    make_parameters,
+    meshlab_name,
+)
 
-Callback = Callable[[str, float], bool | None]
 Filter = Callable[..., dict[str, Any]]
 
 _FILTERS: dict[str, Filter] = {}
@@ -32,15 +39,10 @@ _DEFAULTS: dict[str, dict[str, Any]] = {}
 """The parameters of every filter."""
 
 
-def meshlab_name(name: str) -> str:
-    """Return a parameter's name as MeshLab spells it: without underscores."""
-    return name.replace("_", "")
-
-
-_ROWS = {meshlab_name(row.name): row for row in salcore.TABLE}
-_TARGETS = {meshlab_name(row.name): row for row in salcore.TARGETS}
-_ANALYSIS = {"preset": "default"} | {name: row.default for name, row in _ROWS.items()}
-_SIMPLIFICATION = _ANALYSIS | dict.fromkeys(_TARGETS) | {"protectselected": False}
+_ANALYSIS = {"preset": "default"} | {name: row.default for name, row in ROWS.items()}
+_SIMPLIFICATION = _ANALYSIS | dict.fromkeys(TARGETS) | {"protectselected": False}
+_MESH = {"keepseams": True, "keepborder": False, "keeptopology": False}
+_MEASURE = {"errors": True}
 
 
 def _filter(**defaults: Any) -> Callable[[Filter], Filter]:
@@ -91,7 +93,7 @@ def apply(mesh_set: Any, name: str, **parameters: Any) -> dict[str, Any]:
     for given in parameters:
         if meshlab_name(given) not in names and given != "progress":
             raise salcore.ParameterError(
-                f"no parameter {given!r}; {_closest(meshlab_name(given), names)}"
+                f"no parameter {given!r}; {closest(meshlab_name(given), names)}"
             )
     return _FILTERS[name](mesh_set, **parameters)
 
@@ -99,25 +101,7 @@ def apply(mesh_set: Any, name: str, **parameters: Any) -> dict[str, Any]:
 def _check_filter(name: str) -> None:
     """Refuse a name that no filter has."""
     if name not in _FILTERS:
-        raise salcore.ParameterError(f"no filter {name!r}; {_closest(name, _FILTERS)}")
-
-
-def _closest(name: str, names: Any) -> str:
-    """Return the remedy for a wrong name: the most similar one, or the list of all."""
-    close = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
-    return f"did you mean {close[0]}?" if close else f"choose one of {', '.join(sorted(names))}"
-
-
-def make_parameters(preset: str = "default", **values: Any) -> salcore.Parameters:
-    """Return the parameters of a preset with some values changed; names may have underscores."""
-    rows = {name: row.name for name, row in _ROWS.items()}
-    changed = {}
-    for name, value in values.items():
-        key = meshlab_name(name)
-        if key not in rows:
-            raise salcore.ParameterError(f"no parameter {name!r}; {_closest(key, rows)}")
-        changed[rows[key]] = value
-    return salcore.Parameters(**(salcore.Parameters.preset(preset).as_dict() | changed))
+        raise salcore.ParameterError(f"no filter {name!r}; {closest(name, _FILTERS)}")
 
 
 def _analyze(
@@ -133,11 +117,11 @@ def _analyze(
 def _split(parameters: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return the targets, by their names in salcore, and the other parameters."""
     targets = {
-        _TARGETS[meshlab_name(name)].name: value
+        TARGETS[meshlab_name(name)].name: value
         for name, value in parameters.items()
-        if meshlab_name(name) in _TARGETS and value is not None
+        if meshlab_name(name) in TARGETS and value is not None
     }
-    others = {k: v for k, v in parameters.items() if meshlab_name(k) not in _TARGETS}
+    others = {k: v for k, v in parameters.items() if meshlab_name(k) not in TARGETS}
     return targets, others
 
 
@@ -206,7 +190,9 @@ def _simplify(
     progress: Callback | None = None,
     *,
     protectselected: bool = False,
-    keepseams: bool = False,
+    keepseams: bool = True,
+    keepborder: bool = False,
+    keeptopology: bool = False,
     **parameters: Any,
 ) -> salcore.Simplification:
     """Simplify the current layer to the one target among the parameters.
@@ -223,16 +209,18 @@ def _simplify(
     analysis = _analyze(mesh_set, progress, **others)
     mesh = mesh_set.current_mesh()
     protect = mesh.vertex_selection_array() if protectselected else None
-    seams = bridge.read_seams(mesh) if keepseams else None
-    result = analysis.simplify(protect=protect, seams=seams, progress=progress, **targets)
+    layers = bridge.corner_layers(mesh)
+    result = analysis.simplify(
+        protect=protect,
+        keep_seams=keepseams,
+        keep_border=keepborder,
+        keep_topology=keeptopology,
+        progress=progress,
+        **layers,
+        **targets,
+    )
     check_not_empty(result)
     return result
-
-
-def check_not_empty(result: salcore.Simplification) -> None:
-    """Refuse a simplification that keeps no point, of which MeshLab makes no layer."""
-    if not len(result.indices):
-        raise salcore.ParameterError("no point would be kept: give another target")
 
 
 def _custom_names(mesh_set: Any, names: str | tuple[str, ...]) -> tuple[str, ...]:
@@ -248,7 +236,7 @@ def _custom_names(mesh_set: Any, names: str | tuple[str, ...]) -> tuple[str, ...
     return names
 
 
-@_filter(**_SIMPLIFICATION)
+@_filter(**_SIMPLIFICATION, **_MESH)
 def compute_selection_by_interest_points_per_vertex(
     mesh_set: Any, *, progress: Callback | None = None, **parameters: Any
 ) -> dict[str, Any]:
@@ -260,8 +248,8 @@ def compute_selection_by_interest_points_per_vertex(
     progress : callable, optional
         Called as ``progress(stage, fraction)``; returning False cancels.
     **parameters
-        One target (`ratio`, `count`, `maxerror` or `alpha`), `protectselected`, `preset` and
-        parameters of the analysis.
+        One target (`ratio`, `count`, `faces`, `maxerror` or `alpha`), `protectselected`,
+        `keepseams`, `keepborder`, `keeptopology`, `preset` and parameters of the analysis.
 
     Returns
     -------
@@ -275,11 +263,12 @@ def compute_selection_by_interest_points_per_vertex(
     return {"selected": int(selected.sum())}
 
 
-@_filter(**_SIMPLIFICATION, customattributes=())
+@_filter(**_SIMPLIFICATION, **_MESH, **_MEASURE, customattributes=())
 def generate_simplified_point_cloud_by_saliency(
     mesh_set: Any,
     *,
     customattributes: str | tuple[str, ...] = (),
+    errors: bool = True,
     progress: Callback | None = None,
     **parameters: Any,
 ) -> dict[str, Any]:
@@ -292,68 +281,75 @@ def generate_simplified_point_cloud_by_saliency(
     ----------
     mesh_set : pymeshlab.MeshSet
     customattributes : str or tuple of str
+    errors : bool
+        Whether errors are measured, which takes longest.
     progress : callable, optional
         Called as ``progress(stage, fraction)``; returning False cancels.
     **parameters
-        One target (`ratio`, `count`, `maxerror` or `alpha`), `protectselected`, `preset` and
-        parameters of the analysis.
+        One target (`ratio`, `count`, `faces`, `maxerror` or `alpha`), `protectselected`,
+        `keepseams`, `keepborder`, `keeptopology`, `preset` and parameters of the analysis.
 
     Returns
     -------
     dict
-        The report: counts, rate, errors, seconds.
+        The report: counts, rate, errors, seconds, and notes of what was given up.
     """
     custom = _custom_names(mesh_set, customattributes)
     result = _simplify(mesh_set, progress, **parameters)
-    result.measure(progress)
+    if errors:
+        result.measure(progress)
     source = mesh_set.current_mesh()
     name = f"{source.label()} simplified"
     bridge.add_simplified(mesh_set, source, result, name, custom=custom, with_faces=False)
-    return result.report.as_dict()
+    return result.make_report(errors=errors).as_dict()
 
 
-@_filter(**_SIMPLIFICATION, customattributes=(), keepseams=True)
+@_filter(**_SIMPLIFICATION, **_MESH, **_MEASURE, customattributes=())
 def meshing_decimation_by_saliency(
     mesh_set: Any,
     *,
     customattributes: str | tuple[str, ...] = (),
-    keepseams: bool = True,
+    errors: bool = True,
     progress: Callback | None = None,
     **parameters: Any,
 ) -> dict[str, Any]:
     """Simplify the mesh of the current layer to a mesh, which replaces it.
 
     Vertices keep their attributes as in `generate_simplified_point_cloud_by_saliency`, faces their
-    colours, quality and wedge texture coordinates. Seams of the texture are kept as lines; with
-    `keepseams` False the error is smaller, but faces reach across seams. A mesh with several
-    textures keeps its texture coordinates, but not the textures. pymeshlab cannot exchange the mesh
-    of a layer, so the layer gets a new number and comes last; its label and matrix are kept.
+    colours, quality and wedge texture coordinates. Seams, where values of corners differ, are kept
+    as lines; with `keepseams` False the error is smaller, but faces reach across them. With
+    `keepborder` points on open borders neither move nor go, with `keeptopology` no part, hole or
+    handle does. A mesh with several textures keeps its texture coordinates, but not the textures.
+    pymeshlab cannot exchange the mesh of a layer, so the layer gets a new number and comes last;
+    its label and matrix are kept.
 
     Parameters
     ----------
     mesh_set : pymeshlab.MeshSet
     customattributes : str or tuple of str
-    keepseams : bool
+    errors : bool
+        Whether errors are measured, which takes longest.
     progress : callable, optional
         Called as ``progress(stage, fraction)``; returning False cancels.
     **parameters
-        One target (`ratio`, `count`, `maxerror` or `alpha`), `protectselected`, `preset` and
-        parameters of the analysis.
+        One target (`ratio`, `count`, `faces`, `maxerror` or `alpha`), `protectselected`,
+        `keepseams`, `keepborder`, `keeptopology`, `preset` and parameters of the analysis.
 
     Returns
     -------
     dict
-        The report: counts, rate, errors, seconds.
+        The report: counts, rate, errors, seconds, and notes of what was given up.
     """
     if mesh_set.mesh_number() and not mesh_set.current_mesh().face_number():
         raise salcore.GeometryError(
             "the layer has no faces: use generate_simplified_point_cloud_by_saliency"
         )
     if parameters.get("alpha") is not None:
-        raise salcore.ParameterError("alpha gives points: give ratio, count or max_error")
+        raise salcore.ParameterError("alpha gives points: give ratio, count, faces or max_error")
     custom = _custom_names(mesh_set, customattributes)
-    result = _simplify(mesh_set, progress, keepseams=keepseams, **parameters)
-    result.measure(progress)
+    result = _simplify(mesh_set, progress, **parameters)
+    if errors:
+        result.measure(progress)
     source = mesh_set.current_mesh()
     number, label = source.id(), source.label()
     bridge.add_simplified(mesh_set, source, result, "simplified", custom=custom)
@@ -362,7 +358,7 @@ def meshing_decimation_by_saliency(
     mesh_set.delete_current_mesh()
     mesh_set.set_current_mesh(light)
     mesh_set.current_mesh().set_label(label)
-    return result.report.as_dict()
+    return result.make_report(errors=errors).as_dict()
 
 
 @_filter(originalmesh=0, simplifiedmesh=1)

@@ -10,24 +10,20 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from .arrays.blocks import set_workers
-from .arrays.types import Floats, Indices, Mask
+from .arrays.types import Indices
 from .cuts import Cuts
-from .decimation.costs import FLAT_EVENNESS, Weights
 from .decimation.cut import Ranking, input_ranking
 from .decimation.order import Elimination, eliminate
-from .decimation.surface import GUESSED_BORDER, elimination_surface
+from .decimation.samples import Samples
+from .decimation.surface import elimination_surface
 from .decimation.targets import one_target
+from .decimation.weights import weigh_removals
 from .input.constraints import Constraints, fingerprint
-from .input.geometry import Geometry
-from .method.frames import Frames
-from .method.graph import Graph
-from .method.interest import boundary_extremities, select
-from .method.regions import Regions, build_regions
-from .method.saliency import Saliency
-from .parameters import Parameters
+from .maps import Maps
+from .method.interest import select
 from .progress import Callback, Progress
 from .simplification import Simplification
 
@@ -42,60 +38,15 @@ class _Order:
 
 
 @dataclass(frozen=True, eq=False)
-class Analysis:
-    """All that is known of a geometry before anyone says how much of it to keep.
+class Analysis(Maps):
+    """All that is known of a geometry before anyone says how much of it to keep: see `Maps`."""
 
-    Attributes
-    ----------
-    geometry : Geometry
-        The cleaned input. The attributes below speak of its n vertices.
-    graph : Graph
-    frames : Frames
-    saliency_map : Saliency
-    segmentation : Regions
-        Worked out when first asked for.
-    extremities : (n,) bool
-        Interest points on the regions' boundaries; they do not depend on α. Worked out when first
-        asked for.
-    parameters : Parameters
-    seconds : float
-        Time the analysis took.
-    """
-
-    geometry: Geometry
-    graph: Graph
-    frames: Frames
-    saliency_map: Saliency
-    parameters: Parameters
-    seconds: float
     _order: _Order = field(init=False, default_factory=_Order, repr=False)
 
     @cached_property
-    def segmentation(self) -> Regions:
-        with set_workers(self.parameters.workers):
-            return build_regions(
-                self.geometry, self.graph, self.saliency_map.scaled, self.parameters.tolerance
-            )
-
-    @cached_property
-    def extremities(self) -> Mask:
-        angle = self.parameters.collinear_angle
-        return boundary_extremities(self.geometry.points, self.segmentation, angle)
-
-    @property
-    def saliency(self) -> Floats:
-        """(N,) float64 in [0, 1] over all input points, high = salient; 0 for dropped points."""
-        return self._of_input(self.saliency_map.scaled, 0.0)
-
-    @property
-    def regions(self) -> NDArray[np.int64]:
-        """(N,) int64 region of every input point, numbered from 0; -1 for dropped points."""
-        return self._of_input(self.segmentation.labels, -1).astype(np.int64)
-
-    @property
-    def normals(self) -> Floats:
-        """(N, 3) float64 unit normals of all input points; zero where there is none."""
-        return self._of_input(self.frames.normals, 0.0)
+    def _samples(self) -> Samples:
+        """The mesh's vertices as samples of its surface, none of them assigned."""
+        return Samples.of_vertices(self.geometry.points, self.geometry.faces)
 
     @property
     def rounds(self) -> tuple[tuple[int, int, float], ...]:
@@ -113,6 +64,7 @@ class Analysis:
         keep_seams: bool = True,
         keep_border: bool = False,
         keep_topology: bool = False,
+        point_values: ArrayLike | None = None,
         progress: Callback | None = None,
         **target: float | None,
     ) -> Simplification:
@@ -146,13 +98,17 @@ class Analysis:
         corner_normals : (F, 3, 3) array_like, optional
             One more layer: normals of the corners, which differ from 10 degrees on.
         keep_seams : bool
-            False lets seams go like other edges; values still keep to their charts where they can.
+            False lets the seams of values go like other edges, but not those of `seams`; values
+            still keep to their charts where they can.
         keep_border : bool
             Points on the border of a mesh, where edges have one face, neither move nor go: tiles
             that meet there still meet. A target of fewer points stops at these.
         keep_topology : bool
             No part of a mesh goes or falls apart, no hole or handle closes. A target of fewer
             points stops at the fewest with which that is so.
+        point_values : (N, d) array_like of float, optional
+            Values of points, such as colours, whose differences count beside distances, by
+            `Parameters.attribute_weight`; the largest range among the columns is 1.
         progress : callable, optional
             Called with stage and fraction; returning False cancels.
 
@@ -195,13 +151,21 @@ class Analysis:
             keep_seams=keep_seams,
             keep_border=keep_border,
             keep_topology=keep_topology,
+            point_values=point_values,
         )
         work = Progress(progress)
         with set_workers(self.parameters.workers):
             if name == "alpha":
                 return self._by_threshold(value, constraints, begun, work)
             elimination = self._eliminate(constraints, work.part(0.0, 0.9))
-            cuts = Cuts(self.geometry, elimination, constraints, self.parameters, self._result)
+            cuts = Cuts(
+                self.geometry,
+                elimination,
+                constraints,
+                self.parameters,
+                self._samples,
+                self._result,
+            )
             count, notes = cuts.find_count(name, value, work.part(0.9, 1.0))
             work.part(1.0, 1.0, "Cut")
             return cuts.simplify(count, begun, notes)
@@ -217,6 +181,7 @@ class Analysis:
         keep_seams: bool = True,
         keep_border: bool = False,
         keep_topology: bool = False,
+        point_values: ArrayLike | None = None,
         progress: Callback | None = None,
     ) -> Ranking:
         """Return the order in which input points go, for any number kept.
@@ -224,6 +189,8 @@ class Analysis:
         Parameters
         ----------
         protect, importance, seams, corner_values, corner_normals, keep_seams, progress
+            As in `simplify`.
+        point_values
             As in `simplify`.
         keep_border, keep_topology
             As in `simplify`; the host keeps to `Ranking.least`.
@@ -245,15 +212,13 @@ class Analysis:
             keep_seams=keep_seams,
             keep_border=keep_border,
             keep_topology=keep_topology,
+            point_values=point_values,
         )
         work = Progress(progress)
         with set_workers(self.parameters.workers):
             elimination = self._eliminate(constraints, work.part(0.0, 0.9))
         work.part(1.0, 1.0, "Ranking")
-        least = max(int(constraints.staying.sum()), 1)
-        if constraints.keep_topology:
-            least = max(least, elimination.topology_count)
-        return input_ranking(self.geometry, elimination, least)
+        return input_ranking(self.geometry, elimination, constraints)
 
     def _constrain(self, **given: Any) -> Constraints:
         """Return the constraints that are given, the last ones if these were given alike."""
@@ -274,7 +239,7 @@ class Analysis:
             self.geometry,
             self.graph,
             self.saliency_map.scaled,
-            self.segmentation,
+            self.components,
             keep,
             alpha,
             self.parameters,
@@ -282,14 +247,13 @@ class Analysis:
         )
         part(1.0)
         kept = np.flatnonzero(interest.kept)
-        regions = self.segmentation.count
         return self._result(
             kept,
             source,
             begun,
             protected=constraints.protected_points,
             interest=interest,
-            regions=regions,
+            regions=self.components.count,
         )
 
     def _eliminate(self, constraints: Constraints, work: Progress) -> Elimination:
@@ -297,37 +261,30 @@ class Analysis:
         if self._order.elimination is None:
             part = work.part(0.0, 0.1, "Surface")
             faces, links = elimination_surface(self.geometry, self.graph, self.parameters, part)
-            weights = self._weights(constraints)
-            part = work.part(0.1, 1.0, "Elimination")
+            part = work.part(0.1, 0.2)
+            weights = weigh_removals(
+                self.geometry,
+                self.frames,
+                self.saliency_map.scaled,
+                constraints,
+                self.parameters,
+                extremities=self.extremities if self.parameters.interest_weight else None,
+                interest=self._interest_cost(part),
+            )
+            lines = np.concatenate([constraints.seams, self._region_lines(faces, part)])
+            part = work.part(0.2, 1.0, "Elimination")
             self._order.elimination = eliminate(
                 self.geometry.points,
                 faces,
                 links,
                 weights,
-                constraints.seams,
+                lines,
                 progress=part,
                 priority=self.geometry.priority,
                 wedges=constraints.wedges,
                 keep_topology=constraints.keep_topology and len(self.geometry.faces) > 0,
             )
         return self._order.elimination
-
-    def _weights(self, constraints: Constraints) -> Weights:
-        """Return what each removal costs beside its quadric error."""
-        parameters, faces = self.parameters, self.geometry.faces
-        loose = np.ones(len(self.geometry.points), dtype=bool)
-        loose[faces] = False
-        factor = 1.0 + parameters.detail * self.saliency_map.scaled
-        factor *= 1.0 + constraints.importance
-        if parameters.interest_weight:
-            factor *= 1.0 + parameters.interest_weight * self.extremities
-        return Weights(
-            factor,
-            evenness=np.maximum(parameters.evenness * loose, FLAT_EVENNESS),
-            guessed_surface=loose,
-            protected=constraints.staying,
-            border=parameters.border_weight * (1.0 if len(faces) else GUESSED_BORDER),
-        )
 
     def _result(
         self,
@@ -350,12 +307,3 @@ class Analysis:
             seconds=time.perf_counter() - begun,
             **others,
         )
-
-    def _of_input(self, values: NDArray[Any], missing: float) -> NDArray[Any]:
-        """Spread values of vertices over the input points."""
-        vertex = self.geometry.vertex_of
-        if not len(values):
-            return np.full((len(vertex), *values.shape[1:]), missing, dtype=values.dtype)
-        result = values[vertex]
-        result[vertex < 0] = missing
-        return result

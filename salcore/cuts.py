@@ -13,8 +13,16 @@ from functools import cached_property
 import numpy as np
 
 from .arrays.types import Indices
-from .decimation.cut import corners_of_cut, cut_faces, living_ancestors, optimal_positions
+from .decimation.cut import (
+    corners_of_cut,
+    cut_faces,
+    living_ancestors,
+    optimal_positions,
+    wedges_of_cut,
+)
 from .decimation.order import Elimination
+from .decimation.refine import fixed_edges, refine_faces
+from .decimation.samples import Samples
 from .decimation.targets import count_for, count_for_faces, count_within
 from .errors import ParameterError
 from .input.constraints import Constraints
@@ -35,6 +43,8 @@ class Cuts:
     elimination : Elimination
     constraints : Constraints
     parameters : Parameters
+    samples : Samples
+        The mesh's vertices as samples of its surface, none of them assigned.
     result : callable
         Makes a `Simplification` of kept vertices, of their sources and of what belongs to them.
     """
@@ -43,6 +53,7 @@ class Cuts:
     elimination: Elimination
     constraints: Constraints
     parameters: Parameters
+    samples: Samples
     result: Callable[..., Simplification]
 
     @cached_property
@@ -146,10 +157,16 @@ class Cuts:
         ranks = count - constraints.protected_copies
         source = living_ancestors(elimination, ranks)
         kept = np.flatnonzero(elimination.rank < ranks)
-        faces = left = positions = corners = heir = None
+        faces = left = positions = origin = corners = heir = None
         if len(geometry.faces):
             faces, left = cut_faces(geometry.faces, source)
-            corners, heir = corners_of_cut(geometry, elimination, constraints, ranks, faces, left)
+            origin = 3 * left[:, None] + np.arange(3)
+            if self.parameters.refine:
+                wedges = wedges_of_cut(elimination, constraints, ranks, origin)
+                fixed = fixed_edges(faces, source, constraints.seams, constraints.staying, wedges)
+                samples = self.samples.standing_for(faces, source)
+                faces, origin = refine_faces(geometry.points, faces, origin, samples, fixed)
+            corners, heir = corners_of_cut(geometry, elimination, constraints, ranks, origin)
             if self.parameters.placement == "optimal":
                 positions = optimal_positions(
                     geometry.points,
@@ -159,7 +176,8 @@ class Cuts:
                     faces,
                     constraints.border,
                 )
-            notes = [*notes, *self._losses(ranks, faces)] if begun else notes
+            if begun:
+                notes = [*notes, *self._losses(ranks, faces), *constraints.notes]
         return self.result(
             kept,
             source,
@@ -167,6 +185,7 @@ class Cuts:
             faces=faces,
             face_source=left,
             positions=positions,
+            corner_origin=origin,
             corners=corners,
             heir=heir,
             protected=constraints.protected_points,

@@ -19,6 +19,9 @@ import numpy as np
 
 from .errors import ParameterError
 
+ABOVE_ZERO = 1e-9
+"""Minimum of what must not be zero."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Parameter:
@@ -79,7 +82,8 @@ class Parameter:
         if self.type is int and math.isfinite(number) and not number.is_integer():
             raise self._error(value, "give a whole number")
         if not self.minimum <= number <= self.maximum:
-            raise self._error(value, f"give {kind} from {self.minimum:g} to {self.maximum:g}")
+            low = "above 0" if self.minimum == ABOVE_ZERO else f"from {self.minimum:g}"
+            raise self._error(value, f"give {kind} {low} to {self.maximum:g}")
         return self.type(value)
 
     def _error(self, value: Any, remedy: str) -> ParameterError:
@@ -170,9 +174,33 @@ class Parameters:
         choices=("percentile", "range"), symbol="(3.9)",
         sentence="Bring saliency to [0, 1] by its 1st and 99th percentile, or by its least and "
         "largest value (range).")
+    coarsest: float = _row("Saliency", 1.0, "Coarsest scale", paper=0.0, minimum=0.0,
+        maximum=1e300,
+        sentence="Largest scale that saliency is measured at, in per cent of the diagonal or as a "
+        "length (unit of scales); 0 measures at the neighbours' distance alone.")
+    finest: float = _row("Saliency", 0.125, "Finest scale", minimum=0.0, maximum=1e300,
+        sentence="Smallest scale that saliency is measured at, however dense the points are.")
+    scale_unit: str = _row("Saliency", "diagonal", "Unit of scales",
+        choices=("diagonal", "length"),
+        sentence="Scales in per cent of the bounding box's diagonal, or as a length in the input's "
+        "unit.")
+    segmentation: str = _row("Regions", "islands", "Regions", paper="components",
+        choices=("islands", "basins", "components"), symbol="§4.1",
+        sentence="Regions of like saliency that a border is worth (islands: eyes, mouth, hair), "
+        "regions that ridges of saliency enclose (basins: the faces of a part), or connected "
+        "points of like saliency (components, as published).")
+    region_contrast: float = _row("Regions", 0.25, "Contrast of islands", minimum=0.0, maximum=1.0,
+        sentence="Difference in saliency from which an island of their size stands apart.")
+    region_size: float = _row("Regions", 1.0, "Size of islands", minimum=0.0, maximum=100.0,
+        unit="%",
+        sentence="Size, in per cent of the diagonal, from which an island of their contrast stands "
+        "apart.")
+    persistence: float = _row("Regions", 0.17, "Depth of basins", minimum=0.0, maximum=1.0,
+        sentence="Depth in saliency from which a basin stays apart.")
     tolerance: float = _row("Regions", 0.08, "Tolerance", paper=0.00874, minimum=0.0, maximum=1.0,
         symbol="σ (4.1)",
-        sentence="Largest difference in saliency between neighbours of one region.")
+        sentence="Largest difference in saliency between neighbours of one component; the "
+        "threshold α uses these.")
     collinear_angle: float = _row("Interest points", 60.0, "Collinear angle", paper=0.0,
         minimum=0.0, maximum=180.0, unit="degrees", symbol="(4.4)",
         sentence="Turn along a region's boundary up to which its points count as collinear.")
@@ -191,14 +219,30 @@ class Parameters:
         maximum=100.0,
         sentence="Further weight of the points on the regions' boundaries in the order of "
         "elimination.")
+    regions_of_interest: int = _row("Elimination", 0, "Regions of interest", minimum=0,
+        maximum=2**31 - 1,
+        sentence="So many of the most salient regions are kept denser; 0 keeps none so.")
+    interest_density: float = _row("Elimination", 4.0, "Interest density", minimum=1.0,
+        maximum=100.0, unit="times",
+        sentence="About how many times as dense the regions of interest are kept as they else "
+        "would be, against the rest.")
+    keep_regions: bool = _row("Elimination", False, "Keep regions' borders",
+        sentence="Borders between regions stay as lines, as seams do.")
     evenness: float = _row("Elimination", 0.1, "Evenness", minimum=0.0, maximum=100.0,
         sentence="Weight of even spacing in the order of elimination, for points that no face "
         "uses.")
     border_weight: float = _row("Elimination", 1.0, "Border weight", minimum=0.0, maximum=1000.0,
         sentence="Weight of open borders and rims against the faces beside them.")
+    attribute_weight: float = _row("Elimination", 0.01, "Attribute weight", minimum=0.0,
+        maximum=100.0, unit="spacings",
+        sentence="How far from the surface a point of the most different colour seems to lie, in "
+        "mean spacings: more keeps the borders of colours and costs shape; the default costs none.")
     placement: str = _row("Elimination", "original", "Placement", choices=("original", "optimal"),
         sentence="Kept vertices of a mesh stay original points, or move to where the error is "
         "least (optimal).")
+    refine: bool = _row("Elimination", True, "Refine",
+        sentence="Flip edges of a simplified mesh to where its original lies, which lowers the "
+        "error by a tenth; off hands the cut over as it is.")
     error_unit: str = _row("Elimination", "diagonal", "Unit of error",
         choices=("diagonal", "length"),
         sentence="Largest error as a share of the bounding box's diagonal, or as a length in the "
@@ -267,7 +311,7 @@ def _target(name: str, default: Any, label: str, *, sentence: str, **row: Any) -
 
 # fmt: off
 TARGETS: tuple[Parameter, ...] = (
-    _target("ratio", 0.1, "Ratio", minimum=1e-9, maximum=1.0,
+    _target("ratio", 0.1, "Ratio", minimum=ABOVE_ZERO, maximum=1.0,
         sentence="Share of the points to keep, exact to the point; of a mesh in parts less by "
         "points of a part that goes whole."),
     _target("count", 10000, "Count", minimum=1, maximum=2**31 - 1,

@@ -84,7 +84,7 @@ def analyze(
         part = work.part(0.65, 0.8, "Normals")
         frames = build_frames(geometry, graph, parameters, part)
         part = work.part(0.8, 1.0, "Saliency")
-        saliency = build_saliency(geometry, graph, frames, parameters, part)
+        saliency = build_saliency(geometry.points, graph, frames, parameters, part)
         part(1.0)
     return Analysis(geometry, graph, frames, saliency, parameters, time.perf_counter() - begun)
 
@@ -104,6 +104,7 @@ def simplify(
     keep_seams: bool = True,
     keep_border: bool = False,
     keep_topology: bool = False,
+    point_values: ArrayLike | None = None,
     progress: Callback | None = None,
     **target: Any,
 ) -> Simplification:
@@ -145,6 +146,7 @@ def simplify(
         keep_seams=keep_seams,
         keep_border=keep_border,
         keep_topology=keep_topology,
+        point_values=point_values,
         progress=second,
         **target,
     )

@@ -16,6 +16,7 @@ from .arrays.check import corner_values, indices
 from .arrays.types import Floats, Indices, Mask
 from .decimation.attribute_transfer import corner_sources, edge_sources
 from .decimation.kept_points import keep_corner_points, keep_points
+from .decimation.normal_transfer import transfer_normals
 from .decimation.put_backs import put_backs
 from .errors import GeometryError
 from .input.geometry import Geometry
@@ -89,11 +90,14 @@ class Simplification:
     faces : (K, 3) int64 or None
         Faces over positions in `indices`; None for a cloud and for a threshold α.
     face_source : (K,) int64 or None
-        Input face that each face comes from, corner by corner.
+        Input face that each face takes its values from.
+    corner_origin : (K, 3) int64 or None
+        Input corner that each corner comes from: its point went into that of the corner. Corner c
+        of face f is ``3 f + c``. Three corners of one face, unless an edge was flipped.
     face_corners : (K, 3) int64 or None
-        Input corner that each corner of `faces` takes its values from: corner c of face f is
-        ``3 f + c``. One whose vertex stayed keeps its own; others take that of their own chart
-        where their vertex went. Worked out when first asked for.
+        Input corner that each corner of `faces` takes its values from. One whose vertex stayed
+        keeps its own; others take that of their own chart where their vertex went. Worked out when
+        first asked for.
     source : (N,) int64
         Position in `indices` of the kept point that stands for each input point; -1 for points
         that were not finite.
@@ -111,6 +115,7 @@ class Simplification:
     indices: NDArray[np.int64]
     faces: NDArray[np.int64] | None
     face_source: NDArray[np.int64] | None
+    corner_origin: NDArray[np.int64] | None
     source: NDArray[np.int64]
     positions: Floats | None
     interest: Interest | None
@@ -129,6 +134,7 @@ class Simplification:
         protected: Mask | None = None,
         faces: Indices | None = None,
         face_source: Indices | None = None,
+        corner_origin: Indices | None = None,
         corners: Indices | None = None,
         heir: Indices | None = None,
         positions: Floats | None = None,
@@ -153,7 +159,9 @@ class Simplification:
         faces : (K, 3) intp, optional
             Faces over vertices.
         face_source : (K,) intp, optional
-            Clean face that each face comes from.
+            Clean face that each face takes its values from.
+        corner_origin : (K, 3) intp, optional
+            Corner of the clean faces that each corner comes from.
         corners : (K, 3) intp, optional
             Corner of the clean faces that each corner takes its values from; without, the first
             one at its vertex.
@@ -187,20 +195,25 @@ class Simplification:
             face_source=(
                 None if face_source is None else geometry.face_of[face_source].astype(np.int64)
             ),
+            corner_origin=None if corner_origin is None else geometry.input_corners(corner_origin),
             source=selection.source,
             positions=moved,
             interest=interest,
             notes=notes,
             seconds=seconds,
-            _context=_Context(geometry, corners=corners, **context),
+            _context=_Context(geometry, corner_origin=corner_origin, corners=corners, **context),
         )
 
     def with_backs(self) -> Simplification:
         """Return the same with the backs of faces that were given on both sides."""
-        if self.faces is None or self.face_source is None or self.face_corners is None:
+        geometry, corners = self._context.geometry, self.corner_origin
+        if geometry.backs is None or corners is None or self.face_corners is None:
             return self
-        geometry = self._context.geometry
-        both = put_backs(geometry, self.indices, self.faces, self.face_source, self.face_corners)
+        assert self.faces is not None  # there are corners
+        assert self.face_source is not None
+        both = put_backs(
+            geometry, self.indices, self.faces, self.face_source, corners, self.face_corners
+        )
         if both is None:
             return self
         source = np.where(self.source < 0, -1, both.place[self.source])
@@ -217,6 +230,7 @@ class Simplification:
             indices=both.indices,
             faces=both.faces,
             face_source=both.face_source,
+            corner_origin=both.corner_origin,
             source=source,
             positions=moved,
         )
@@ -230,11 +244,11 @@ class Simplification:
         geometry = self._context.geometry
         corners = self._context.corners
         if corners is None:
-            left = np.searchsorted(geometry.face_of, self.face_source)
+            origin = self._context.corner_origin
+            assert origin is not None  # there are faces
             wanted = geometry.vertex_of[self.indices][self.faces]
-            corners = corner_sources(geometry.faces, wanted, left, None)
-        face, corner = np.divmod(corners, 3)
-        return 3 * geometry.face_of[face].astype(np.int64) + corner
+            corners = corner_sources(geometry.faces, wanted, origin, None)
+        return geometry.input_corners(corners)
 
     def corner_source(self, faces: ArrayLike, charts: ArrayLike | None = None) -> NDArray[np.int64]:
         """Return the input corner (K, 3) that each corner of `faces` takes its values from.
@@ -264,18 +278,43 @@ class Simplification:
         -----
         O(F + K log K).
         """
-        if self.faces is None or self.face_source is None:
+        if self.faces is None or self.corner_origin is None:
             raise GeometryError("faces: this simplification has none; simplify a mesh by count")
         vertex_of = self._context.geometry.vertex_of
         given = indices(faces, "faces", "triangles", 3, len(vertex_of))
-        if int(self.face_source.max(initial=-1)) >= len(given):
+        if int(self.corner_origin.max(initial=-1)) >= given.size:
             raise GeometryError(f"faces: {len(given)} of them; give all that were analysed")
         vertices = vertex_of[self.indices]
         wanted = vertices[self.faces]
-        if (vertices[self.source[given[self.face_source]]] != wanted).any():
+        if (vertices[self.source[given.ravel()[self.corner_origin]]] != wanted).any():
             raise GeometryError("faces: they are not those that were analysed; give the same array")
         values = None if charts is None else corner_values(charts, "charts", given.shape)
-        return corner_sources(vertex_of[given], wanted, self.face_source, values)
+        return corner_sources(vertex_of[given], wanted, self.corner_origin, values)
+
+    def transfer_normals(self) -> NDArray[np.float64]:
+        """Return the normals (K, 3, 3) of the original surface at the corners of `faces`.
+
+        A light mesh with these is shaded like its original. On the two sides of a crease of more
+        than 60 degrees or so they differ.
+
+        Raises
+        ------
+        GeometryError
+            If the simplification has no faces.
+
+        Notes
+        -----
+        O(F log F) time; see `decimation.normal_transfer`.
+        """
+        if self.faces is None:
+            raise GeometryError("faces: this simplification has none; simplify a mesh by count")
+        geometry = self._context.geometry
+        vertex = geometry.vertex_of[self.indices]
+        moved = None
+        if self.positions is not None:
+            moved = geometry.points.copy()
+            moved[vertex] = (self.positions - geometry.centre) * geometry.to_unit
+        return transfer_normals(geometry.points, geometry.faces, vertex[self.faces], moved)
 
     def edge_source(self, edges: ArrayLike, new_edges: ArrayLike) -> NDArray[np.int64]:
         """Return the input edge (e,) that each edge of the result takes its values from.
@@ -407,6 +446,7 @@ class _Context:
     geometry: Geometry
     normals: Floats
     regions: int | None
+    corner_origin: Indices | None
     corners: Indices | None
     workers: int
     seconds_analysis: float

@@ -236,6 +236,6 @@ parameters = st.one_of(
 )
 targets = st.one_of(
     st.tuples(st.just("alpha"), st.one_of(st.floats(0, 100), st.floats(0, 1000))),
-    st.tuples(st.just("ratio"), st.floats(0, 1)),
+    st.tuples(st.just("ratio"), st.floats(1e-9, 1)),
     st.tuples(st.just("max_error"), st.one_of(st.floats(0, 0.1), st.floats(0, 1e300))),
 )

@@ -20,6 +20,7 @@ import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -111,6 +112,7 @@ def measure(module: Callable[[str], Any], obj: Any, ratio: float) -> None:
     work, sources = module("operators.work"), module("geometry.sources")
     results, topology = module("geometry.results"), module("geometry.topology")
     parameters = module("salcore").Parameters(error_unit="length").as_dict()
+    kept = SimpleNamespace(protect="", **module("command").KEEP)
     clock = Clock()
     work.host.start()
     while work.host.state != "idle":
@@ -121,7 +123,10 @@ def measure(module: Callable[[str], Any], obj: Any, ratio: float) -> None:
     def request_of(ratio: float) -> dict[str, Any]:
         source = sources.originals(bpy.context)[0]
         words = {"task": "simplify", "parameters": parameters, "targets": [{"ratio": ratio}]}
-        return words | {"measurable": 0, **sources.geometry_with_mesh(source, "", True)}
+        return words | {
+            "measurable": 0,
+            **sources.geometry_with_mesh(source, kept),
+        }
 
     clock = Clock()
     request = request_of(ratio)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..salcore import SalcoreError
-from . import attributes
+from . import attributes, vertices
 from .topology import MeshArrays
 
 Floats = NDArray[np.float64]
@@ -74,6 +74,30 @@ def _transform(vectors: NDArray[np.float32], linear: Floats) -> Floats:
     return wide if np.array_equal(linear, np.eye(3)) else wide @ linear.T
 
 
+def precision_note(data: Any) -> str:
+    """Return a sentence if coordinates are too far from the origin for Blender's single precision.
+
+    Their step is compared with the mean spacing, which the bounding box and the count tell.
+    """
+    points = positions(data)
+    points = points[np.isfinite(points).all(axis=1)]
+    if len(points) < 2:
+        return ""
+    step = float(np.spacing(np.abs(points).max()))
+    extent = np.sort(np.ptp(points.astype(np.float64), axis=0))
+    spacing = float(np.sqrt(extent[1] * extent[2] / len(points)))
+    if not step > MAX_STEP * spacing > 0.0:
+        return ""
+    return (
+        f"its points lie so far from its origin that Blender holds their coordinates in steps of "
+        f"{step:.3g}, and they are about {spacing:.3g} apart; take an offset off before the import"
+    )
+
+
+MAX_STEP = 0.05
+"""Step of the coordinates, as a share of the spacing of points, up to which nothing is said."""
+
+
 def triangles(mesh: Any) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.int32]]:
     """Return the triangles of a mesh: their vertices (t, 3), corners (t, 3) and polygons (t,)."""
     vertex = attributes.topology(mesh, ".corner_vert")
@@ -99,7 +123,6 @@ def mesh_arrays(mesh: Any) -> MeshArrays:
     _, corners, polygons = (None,) * 3 if all_triangles else triangles(mesh)
     maps = list(mesh.uv_layers)
     active = mesh.uv_layers.active
-    marked = mesh.attributes.get("uv_seam")
     material = mesh.attributes.get("material_index")
     return MeshArrays(
         first=first,
@@ -111,9 +134,44 @@ def mesh_arrays(mesh: Any) -> MeshArrays:
         corner_values=_carries(mesh, "CORNER"),
         uv_maps=[np.asarray(attributes.read(mesh.attributes[uv.name])) for uv in maps],
         active_uv=-1 if active is None else [uv.name for uv in maps].index(active.name),
+        corner_colors=_colors(mesh, "CORNER"),
+        point_colors=_colors(mesh, "POINT"),
+        custom_normals=custom_normals(mesh),
         materials=None if material is None else np.asarray(attributes.read(material)),
-        marked_seams=None if marked is None else edges[np.asarray(attributes.read(marked))],
+        marked_seams=_marked(mesh, edges, "uv_seam"),
+        sharp=_marked(mesh, edges, *SHARP),
     )
+
+
+def _colors(mesh: Any, domain: str) -> list[NDArray[np.float32]]:
+    """Return the colours of a domain."""
+    kinds = ("FLOAT_COLOR", "BYTE_COLOR")
+    chosen = [a for a in mesh.attributes if a.domain == domain and a.data_type in kinds]
+    return [np.asarray(attributes.read(attribute)) for attribute in chosen]
+
+
+def custom_normals(mesh: Any) -> NDArray[np.float32] | None:
+    """Return the normals (C, 3) of the corners, if they are not those that polygons give."""
+    if not mesh.has_custom_normals:
+        return None
+    normals = np.empty((len(mesh.loops), 3), dtype=np.float32)
+    mesh.corner_normals.foreach_get("vector", normals.ravel())
+    return normals
+
+
+def _marked(mesh: Any, edges: NDArray[np.int32], *names: str) -> NDArray[np.int32] | None:
+    """Return the edges (s, 2) where one of these attributes of edges is not zero, or None."""
+    found = [mesh.attributes.get(name) for name in names]
+    marks = [np.asarray(attributes.read(item)) != 0 for item in found if _of_edges(item)]
+    if "freestyle_edge" in names and hasattr(bpy.types.MeshEdge, "use_freestyle_mark"):
+        freestyle = np.zeros(len(edges), dtype=bool)  # no attribute before Blender 5.0
+        mesh.edges.foreach_get("use_freestyle_mark", freestyle)
+        marks.append(freestyle)
+    return edges[np.logical_or.reduce(marks)] if marks else None
+
+
+def _of_edges(attribute: Any) -> bool:
+    return attribute is not None and attribute.domain == "EDGE" and attribute.data_type in WEIGHTS
 
 
 def _carries(mesh: Any, domain: str) -> bool:
@@ -142,12 +200,7 @@ def weights(obj: Any, data: Any, name: str) -> NDArray[np.float64]:
     """
     group = obj.vertex_groups.get(name) if is_mesh(data) else None
     if group is not None:
-        result = np.zeros(len(data.vertices))
-        for k, vertex in enumerate(data.vertices):  # Blender has no faster way to read weights
-            for element in vertex.groups:
-                if element.group == group.index:
-                    result[k] = element.weight
-        return result
+        return vertices.weights(data, name).astype(np.float64)
     attribute = data.attributes.get(name)
     if attribute is None or attribute.domain != "POINT" or attribute.data_type not in WEIGHTS:
         raise HostError(
@@ -157,5 +210,7 @@ def weights(obj: Any, data: Any, name: str) -> NDArray[np.float64]:
     return np.asarray(attributes.read(attribute), dtype=np.float64)
 
 
+SHARP = ("sharp_edge", "crease_edge", "bevel_weight_edge", "freestyle_edge")
+"""Attributes of edges that make an edge a line to keep."""
 WEIGHTS = ("BOOLEAN", "FLOAT", "INT", "INT8")
 """Attribute types that can protect points."""

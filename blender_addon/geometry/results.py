@@ -80,12 +80,15 @@ def _copy(obj: Any, data: Any, applied: bool, suffix: str, collection: Any) -> A
 
 
 def hide(context: Any, originals: list[Any], copies: list[Any]) -> None:
-    """Hide originals and select what takes their place."""
+    """Hide originals, in the view and in pictures, and select what takes their place."""
     context.view_layer.update()
     active = context.view_layer.objects.active
     for obj, copy in zip(originals, copies, strict=True):
+        copy.hide_render = obj.hide_render
         if copy.name in context.view_layer.objects:
+            copy.hide_set(False)
             copy.select_set(True)
             if obj == active:
                 context.view_layer.objects.active = copy
         obj.hide_set(True)
+        obj.hide_render = True

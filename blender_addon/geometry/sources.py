@@ -14,6 +14,9 @@ from numpy.typing import NDArray
 from . import read
 from .read import HostError
 
+KEPT = ("keep_seams", "keep_sharp", "keep_border", "keep_topology")
+"""Switches of what has to stay."""
+
 
 @dataclass
 class Source:
@@ -26,11 +29,14 @@ class Source:
     data : bpy.types.Mesh or bpy.types.PointCloud
     fresh : bool
         Whether `data` is a copy made for this work, of what the modifiers made.
+    problem : HostError or None
+        Why there are no data.
     """
 
     objects: list[Any]
     data: Any
     fresh: bool = False
+    problem: HostError | None = None
 
     @property
     def object(self) -> Any:
@@ -51,6 +57,18 @@ class Source:
         """Remove a copy that has not been used."""
         if self.fresh and self.data.users == 0:
             _collection(self.data).remove(self.data)
+
+    def require_present(self) -> None:
+        """Raise `HostError` if there is no geometry."""
+        if self.problem is not None:
+            raise self.problem
+        if not self.count:
+            raise HostError(f"{self.object.name}: has no points")
+        if not abs(self.object.matrix_world.determinant()) > 0.0:
+            raise HostError(
+                f"{self.object.name}: its scale is 0 along an axis, so it has no shape; scale it "
+                "to what it should be"
+            )
 
     def require_editable(self) -> None:
         """Raise `HostError` if the geometry must not be changed."""
@@ -89,14 +107,11 @@ def evaluated(context: Any) -> list[Source]:
     """Return copies of what the modifiers make of each selected object."""
     depsgraph = context.evaluated_depsgraph_get()
     found: list[Source] = []
-    try:
-        for obj in _chosen(context):
-            data = _after_modifiers(obj, depsgraph)
-            found.append(Source([obj], data, True))
-    except HostError:
-        for source in found:
-            source.discard()
-        raise
+    for obj in _chosen(context):
+        try:
+            found.append(Source([obj], _after_modifiers(obj, depsgraph), True))
+        except HostError as error:
+            found.append(Source([obj], None, problem=error))
     return found
 
 
@@ -130,20 +145,18 @@ def _after_modifiers(obj: Any, depsgraph: Any) -> Any:
 def geometry(source: Source) -> dict[str, Any]:
     """Return points, triangles and normals of a source in world space, for a request."""
     found = read.arrays(source.data, source.object.matrix_world)
-    if not len(found.points):
-        raise HostError(f"{source.object.name}: has no points")
     return found._asdict()
 
 
-def geometry_with_mesh(source: Source, protect: str, keep_seams: bool) -> dict[str, Any]:
-    """Return a source as `requests.simplify` wants it, with what has to stay."""
+def geometry_with_mesh(source: Source, settings: Any) -> dict[str, Any]:
+    """Return a source as `requests.simplify` wants it, with what settings say has to stay."""
     found = geometry(source)
     del found["faces"]  # they follow from the mesh
     mesh = read.mesh_arrays(source.data)._asdict() if read.is_mesh(source.data) else None
     return found | {
         "mesh": mesh,
-        "protect": protected(source, protect),
-        "keep_seams": keep_seams,
+        "protect": protected(source, settings.protect),
+        **{name: getattr(settings, name) for name in KEPT},
     }
 
 

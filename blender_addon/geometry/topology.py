@@ -13,7 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..salcore import Simplification, find_seams
+from ..salcore import Simplification
+from ..salcore.decimation.attribute_transfer import corner_sources
 
 Ints = NDArray[np.int64]
 Ints32 = NDArray[np.int32]
@@ -41,8 +42,13 @@ class MeshArrays(NamedTuple):
     uv_maps : list of (C, 2) float32
     active_uv : int
         Position in `uv_maps` of the one that tells corners of one vertex apart; -1 for none.
+    corner_colors : list of (C, 4) float32
+    point_colors : list of (N, 4) float32
+    custom_normals : (C, 3) float32 or None
+        Of the corners, where they are not those that follow from the polygons.
     materials : (P,) int32 or None
-    marked_seams : (s, 2) int32 or None
+    marked_seams, sharp : (s, 2) int32 or None
+        Edges marked as seams, and those that are sharp, creased, bevelled or marked for Freestyle.
     """
 
     first: Ints32
@@ -54,8 +60,12 @@ class MeshArrays(NamedTuple):
     corner_values: bool
     uv_maps: list[NDArray[np.float32]]
     active_uv: int
+    corner_colors: list[NDArray[np.float32]]
+    point_colors: list[NDArray[np.float32]]
+    custom_normals: NDArray[np.float32] | None
     materials: Ints32 | None
     marked_seams: Ints32 | None
+    sharp: Ints32 | None
 
     @property
     def sizes(self) -> Ints:
@@ -77,11 +87,36 @@ class MeshArrays(NamedTuple):
         return self.vertices.reshape(-1, 3)
 
     @property
+    def all_edges(self) -> Ints32:
+        """(e, 2) ends of all edges, those between polygons once or more."""
+        if self.edges is not None:
+            return self.edges
+        after = self.vertices[_following(self.first.astype(np.int64), len(self.vertices))]
+        return np.concatenate([np.column_stack([self.vertices, after]), self.loose_edges])
+
+    @property
     def polygons(self) -> Ints32:
         """(t,) polygon of each triangle."""
         if self.polygon_of is not None:
             return self.polygon_of
         return np.arange(len(self.vertices) // 3, dtype=np.int32)
+
+    def layers(self, split: bool) -> list[NDArray[Any]]:
+        """Return values of the triangles' corners (t, 3, d) that seams are told by.
+
+        Parameters
+        ----------
+        split : bool
+            Whether vertices are split where values differ: their own colours count then, too.
+        """
+        found: list[NDArray[Any]] = [
+            values[self.corners] for values in (*self.uv_maps, *self.corner_colors)
+        ]
+        if split:
+            found += [values[self.faces] for values in self.point_colors]
+        if self.materials is not None:
+            found.append(np.repeat(self.materials[self.polygons][:, None, None], 3, axis=1))
+        return found
 
 
 class Topology(NamedTuple):
@@ -123,11 +158,17 @@ class Reduced(NamedTuple):
         Where they move to; None where they stay.
     topology : Topology or None
         None for a point cloud.
+    triangles : int
+        Number of triangles left.
+    notes : list of str
+        What had to be given up, a sentence each.
     """
 
     indices: Ints
     positions: NDArray[np.float64] | None
     topology: Topology | None
+    triangles: int
+    notes: list[str]
 
     def as_dict(self) -> dict[str, Any]:
         """Return plain values and arrays."""
@@ -157,20 +198,66 @@ def simplified(mesh: MeshArrays, result: Simplification) -> Topology:
     return Topology(*(values.astype(np.int32) for values in found))
 
 
-def seams(mesh: MeshArrays) -> Ints:
-    """Return edges (s, 2) that stay as lines.
+def kept_lines(mesh: MeshArrays, seams: bool, sharp: bool) -> Ints | None:
+    """Return marked edges (s, 2) that stay as lines, or None: seams, sharp ones, or both."""
+    marked = [mesh.marked_seams if seams else None, mesh.sharp if sharp else None]
+    found = [lines.astype(np.int64) for lines in marked if lines is not None]
+    return np.concatenate(found) if found else None
 
-    Those where charts of a UV map meet, those marked as seams, and borders between materials.
+
+def parent_corners(mesh: MeshArrays, parent: Ints) -> Ints:
+    """Return the corner (C,) at each corner's parent vertex, in the same chart.
+
+    Parameters
+    ----------
+    mesh : MeshArrays
+    parent : (N,) int64
+        Vertex that each goes into; -1 for none: its corners are their own parents.
     """
-    values: list[NDArray[Any]] = [uv[mesh.corners] for uv in mesh.uv_maps]
-    if mesh.materials is not None:
-        values.append(np.repeat(mesh.materials[mesh.polygons][:, None, None], 3, axis=1))
-    found = [np.empty((0, 2), dtype=np.int64)]
-    if values:
-        found.append(find_seams(mesh.faces, np.concatenate(values, axis=2)))
-    if mesh.marked_seams is not None:
-        found.append(mesh.marked_seams.astype(np.int64))
-    return np.concatenate(found)
+    vertices = np.where(parent < 0, np.arange(len(parent)), parent)
+    corners, faces = mesh.corners, mesh.faces
+    charts = None
+    if mesh.active_uv >= 0:
+        charts = mesh.uv_maps[mesh.active_uv].astype(np.float64)[corners]
+    found = corner_sources(faces, vertices[faces], np.arange(len(faces)), charts)
+    result = np.arange(len(mesh.vertices), dtype=np.int64)
+    result[corners.ravel()] = corners.ravel()[found.ravel()]
+    return result
+
+
+def apart(edges: Ints32, rank: Ints, parent: Ints) -> NDArray[np.bool_]:
+    """Return which vertices (N,) may be in one cluster with others that no edges join to them.
+
+    Parameters
+    ----------
+    edges : (E, 2) int32
+    rank, parent : (N,) int64
+        The order of removal; parents have lower ranks, and rank 0 has none.
+
+    Notes
+    -----
+    Ends of an edge climb to the first ancestor that they share. The last step of the climb is the
+    removal by which the edge comes to lie inside a cluster, and joins it. Other steps, and that
+    one, are removals of vertices from whose clusters the edge leads away: where none does, the
+    cluster is a part of its own. O(E) steps, times the generations.
+    """
+    joined, leaves = np.zeros((2, len(rank)), dtype=bool)
+    low, high = edges[rank[edges[:, 0]] != rank[edges[:, 1]]].T.astype(np.int64)
+    while len(low):
+        swap = rank[low] > rank[high]
+        low, high = np.where(swap, high, low), np.where(swap, low, high)
+        leaves[high] = True
+        above = parent[high]
+        met = above == low
+        joined[high[met]] = True
+        low, high = low[~met], above[~met]
+    result: NDArray[np.bool_] = leaves & ~joined
+    ancestors = np.flatnonzero(result)
+    while len(ancestors):
+        ancestors = np.unique(parent[ancestors])
+        ancestors = ancestors[(ancestors >= 0) & ~result[ancestors]]
+        result[ancestors] = True
+    return result
 
 
 def _polygons(mesh: MeshArrays, result: Simplification) -> tuple[Ints, Ints, Ints, Ints]:
@@ -201,13 +288,10 @@ def _polygons(mesh: MeshArrays, result: Simplification) -> tuple[Ints, Ints, Int
 
 def _corner_source(mesh: MeshArrays, result: Simplification) -> Ints:
     """Return the old corner (k, 3), among those of the triangles, for each new one."""
-    if not mesh.corner_values:
-        assert result.face_source is not None
-        return 3 * result.face_source[:, None] + np.arange(3)
-    charts = None
-    if mesh.active_uv >= 0:
-        charts = mesh.uv_maps[mesh.active_uv].astype(np.float64)[mesh.corners]
-    return result.corner_source(mesh.faces, charts)
+    if mesh.corner_values and result.face_corners is not None:
+        return result.face_corners
+    assert result.corner_origin is not None
+    return result.corner_origin
 
 
 def _ranges(starts: Ints, sizes: Ints) -> Ints:

@@ -3,20 +3,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
 import bpy
 
-from ..geometry import sources
+from ..geometry import read, sources
+from ..geometry.read import HostError
 from ..geometry.sources import Source
 from ..salcore import SalcoreError
 from ..settings import properties
+from ..settings.figures import figures
 from . import work
 from .work import Task
 
 TICK = 0.1
 """Seconds between two looks at the child's messages."""
+LARGE = 100_000
+"""Points of a selection up to which all is done at once when Blender repeats an operator."""
 NAVIGATION = {
     "MIDDLEMOUSE", "WHEELUPMOUSE", "WHEELDOWNMOUSE", "WHEELINMOUSE", "WHEELOUTMOUSE", "MOUSEMOVE",
     "TRACKPADPAN", "TRACKPADZOOM", "MOUSEROTATE", "NDOF_MOTION",
@@ -39,18 +44,21 @@ class ModalOperator:
     bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012 - Blender reads the class attribute
     bl_label: str
     layout: Any
+    options: Any
     properties: Any
     report: Any
     poll_message_set: Any
     _sources: list[Source]
+    _warnings: list[str]
     _task: Task
     _committed: bool
     _timer: Any = None
+    _points = 0
 
     @classmethod
     def poll(cls, context: Any) -> bool:
         """Say what is missing where the operator cannot run."""
-        if context.window_manager.salient_simplify.stage:
+        if figures.stage:
             cls.poll_message_set("Work is under way; Esc cancels it")
             return False
         if context.mode != "OBJECT":
@@ -87,6 +95,17 @@ class ModalOperator:
     def measured(self, result: Any) -> None:
         """Take the answer to it."""
 
+    def later(self) -> Callable[[Any], None]:
+        """Return a function that takes the answer when the operator is over."""
+        raise NotImplementedError
+
+    def is_large_repeat(self) -> bool:
+        """Return whether Blender repeats the operator, with other values, on large objects.
+
+        Then it waits: what takes long is left for later.
+        """
+        return bool(self.options.is_repeat) and self._points > LARGE
+
     def conclude(self, context: Any) -> None:
         """Tell what has been done."""
 
@@ -100,7 +119,7 @@ class ModalOperator:
             return self._fail(context, error)
         finally:
             self._release()
-        self.conclude(context)
+        self._finish(context)
         return {"FINISHED"}
 
     def invoke(self, context: Any, event: Any) -> set[str]:
@@ -139,7 +158,7 @@ class ModalOperator:
                 return self._fail(context, error)
             raise
         self._end(context)
-        self.conclude(context)
+        self._finish(context)
         self._tell_why_it_waited()
         return {"FINISHED"}
 
@@ -150,13 +169,51 @@ class ModalOperator:
 
     def _begin(self, context: Any, host: Any) -> None:
         """Find what to work on, and make its requests."""
+        work.drop_later()
         self._committed = False
-        self._sources = []
+        self._sources, self._warnings = [], []
+        self._points = 0
         context.view_layer.update()  # after the undo of F9 all matrices are still the identity
         self._sources = self.find(context)
+        problems = self._leave_out({k: self._problem(s) for k, s in enumerate(self._sources)})
+        if not self._sources:
+            raise problems[0]
         for source in self._sources:
-            self.check(source)
+            self._points += source.count
+            note = read.precision_note(source.data)
+            self.warn(source, [note] if note else [])
         self._task = Task(self.requests(), host)
+
+    def _problem(self, source: Source) -> SalcoreError | None:
+        """Return why a geometry cannot be worked on, or None."""
+        try:
+            source.require_present()
+            self.check(source)
+        except HostError as error:
+            return error
+        return None
+
+    def _leave_out(self, problems: dict[int, Any]) -> list[Any]:
+        """Go on without sources that have a problem, and return the problems."""
+        found = [error for error in problems.values() if error is not None]
+        bad = [source for k, source in enumerate(self._sources) if problems.get(k) is not None]
+        for source, error in zip(bad, found, strict=True):
+            self._sources.remove(source)
+            name = source.object.name
+            text = _sentence(error).removeprefix(f"{name}: ")
+            self._warnings.append(f"{name} is left out: {text}")
+            source.discard()
+        return found
+
+    def warn(self, source: Source, notes: list[str]) -> None:
+        """Remember what had to be given up, to be told in the end."""
+        self._warnings += [f"{source.object.name}: {note}" for note in notes]
+
+    def _finish(self, context: Any) -> None:
+        """Tell what has been done, and then what could not be."""
+        self.conclude(context)
+        for text in self._warnings:
+            self.report({"WARNING"}, text)
 
     def _step(self, context: Any, wait: bool) -> bool:
         """Go on with the task, commit it when it is done; return whether nothing remains."""
@@ -167,10 +224,17 @@ class ModalOperator:
         if self._committed:
             self.measured(self._task.results[0])
             return True
-        self.commit(context, self._task.results)
+        results = self._task.results
+        if self._task.failures:
+            self._leave_out(self._task.failures)
+            results = [result for result in results if result is not None]
+        self.commit(context, results)
         self._committed = True
         more = self.measuring()
         if more is None:
+            return True
+        if self.is_large_repeat():
+            work.begin_later(more, self.later())
             return True
         self._task = Task([lambda: more], self._task.host)
         return False
@@ -182,18 +246,16 @@ class ModalOperator:
         if not bpy.app.timers.is_registered(work.settle):
             bpy.app.timers.register(work.settle, first_interval=TICK)
         if self._committed:
-            self.conclude(context)
+            self._finish(context)
             return {"FINISHED"}
         self.report({"INFO"}, "Cancelled: nothing was changed")
         return {"CANCELLED"}
 
     def _fail(self, context: Any, error: BaseException) -> set[str]:
         """Tell a mistake in a sentence; after the commit there is a result all the same."""
-        text = (
-            str(error) if isinstance(error, SalcoreError) else "not enough memory for this object"
-        )
+        text = _sentence(error)
         if self._committed:
-            self.conclude(context)
+            self._finish(context)
             self.report({"WARNING"}, f"The error was not measured: {text}")
             return {"FINISHED"}
         self.report({"ERROR"}, text)
@@ -218,16 +280,14 @@ class ModalOperator:
             self.report({"WARNING"}, f"{text}: {reason}")
 
     def _show(self, context: Any, stage: str, fraction: float) -> None:
-        """Tell how far the work is, if that has changed by a per cent."""
-        figures = context.window_manager.salient_simplify
-        fraction = int(100.0 * fraction) / 100.0
-        if (figures.stage, round(figures.fraction, 2)) == (stage, fraction):
+        """Tell how far the work is, where that can be read."""
+        if not figures.tell(stage, fraction):
             return
-        figures.stage, figures.fraction = stage, fraction
         if context.workspace is not None:
             text = f"{self.bl_label}: {stage} {fraction:.0%}   |   Esc: cancel" if stage else None
             context.workspace.status_text_set(text)
-        _redraw(context)
+        for region in sidebars(context.window_manager.windows):
+            region.tag_redraw()
 
     def _end(self, context: Any) -> None:
         if self._timer is not None:
@@ -242,11 +302,17 @@ class ModalOperator:
             self._sources.pop().discard()
 
 
-def _redraw(context: Any) -> None:
-    """Have the sidebars drawn again; not the views, which may take long."""
-    for window in context.window_manager.windows:
-        for area in window.screen.areas:
-            if area.type == "VIEW_3D":
-                for region in area.regions:
-                    if region.type == "UI":
-                        region.tag_redraw()
+def _sentence(error: BaseException) -> str:
+    return str(error) if isinstance(error, SalcoreError) else "not enough memory for this object"
+
+
+def sidebars(windows: Any) -> list[Any]:
+    """Return the sidebars of all 3D views; the views themselves may take long to draw."""
+    return [
+        region
+        for window in windows
+        for area in window.screen.areas
+        if area.type == "VIEW_3D"
+        for region in area.regions
+        if region.type == "UI"
+    ]

@@ -11,16 +11,25 @@ from __future__ import annotations
 from typing import Any
 
 import bpy
+import numpy as np
 from bpy.props import FloatProperty
 
-from ..geometry import attributes, read, sources
+from ..geometry import attributes, live_nodes, read, sources
 from ..geometry.attributes import Layer
-from ..geometry.live_nodes import PARENT, RANK, node_group, set_input
+from ..geometry.live_nodes import APART, CORNER, INDEX, PARENT, RANK, Kind
 from ..geometry.sources import Source
 from ..settings import properties
 from .base import SKIP_SAVE, ModalOperator
 
 MODIFIER = "Salient Live"
+DEFORMING = {
+    "ARMATURE", "CAST", "CORRECTIVE_SMOOTH", "CURVE", "DISPLACE", "HOOK", "LAPLACIANDEFORM",
+    "LAPLACIANSMOOTH", "LATTICE", "MESH_CACHE", "MESH_DEFORM", "MESH_SEQUENCE_CACHE", "SHRINKWRAP",
+    "SIMPLE_DEFORM", "SMOOTH", "SURFACE_DEFORM", "WARP", "WAVE", "NORMAL_EDIT", "WEIGHTED_NORMAL",
+    "UV_PROJECT", "UV_WARP", "VERTEX_WEIGHT_EDIT", "VERTEX_WEIGHT_MIX",
+    "VERTEX_WEIGHT_PROXIMITY", "DATA_TRANSFER",
+}  # fmt: skip
+"""Modifiers that leave points, edges and polygons as they are."""
 
 
 class OBJECT_OT_salient_live(ModalOperator, bpy.types.Operator):
@@ -38,8 +47,7 @@ class OBJECT_OT_salient_live(ModalOperator, bpy.types.Operator):
             subtype="FACTOR",
             options=SKIP_SAVE,
         ),
-        "protect": properties.input_annotations(SKIP_SAVE)["protect"],
-        "keep_seams": properties.input_annotations(SKIP_SAVE)["keep_seams"],
+        **properties.keep_annotations(SKIP_SAVE),
         **properties.parameter_annotations(SKIP_SAVE),
     }
 
@@ -56,22 +64,35 @@ class OBJECT_OT_salient_live(ModalOperator, bpy.types.Operator):
         return {
             "task": "rank",
             "parameters": properties.parameters(self).as_dict(),
-            **sources.geometry_with_mesh(source, self.protect, self.keep_seams),
+            **sources.geometry_with_mesh(source, self),
         }
 
     def commit(self, context: Any, answers: list[dict[str, Any]]) -> None:
         """Store the ranks and add the modifiers."""
         for source, ranking in zip(self._sources, answers, strict=True):
             data = source.data
-            for name, key in ((RANK, "rank"), (PARENT, "parent")):
-                attributes.write_layer(data, Layer(name, "INT", "POINT", ranking[key]))
             faces = read.is_mesh(data) and len(data.polygons) > 0
+            apart = ranking["apart"] if faces else np.empty(0)
+            kind = live_nodes.kind_of(data, not apart.any()) if faces else Kind(False)
+            numbers = np.arange(source.count, dtype=np.int32)
+            for name, values in (
+                (RANK, ranking["rank"]),
+                (PARENT, ranking["parent"]),
+                (INDEX, numbers),
+            ):
+                attributes.write_layer(data, Layer(name, "INT", "POINT", values))
+            if apart.any():
+                attributes.write_layer(data, Layer(APART, "FLOAT", "POINT", apart))
+            inputs = {"Ratio": self.ratio, "Steps": ranking["generations"], "Points": source.count}
+            inputs["Least"] = ranking["least"]
+            if kind.corners:
+                attributes.write_layer(data, Layer(CORNER, "INT", "CORNER", ranking["corner"]))
+                inputs["Corners"] = len(data.loops)
             for obj in source.objects:
-                modifier = obj.modifiers.get(MODIFIER) or obj.modifiers.new(MODIFIER, "NODES")
-                modifier.node_group = node_group(faces)
-                set_input(modifier, "Ratio", self.ratio)
-                if faces:
-                    set_input(modifier, "Steps", ranking["generations"])
+                modifier = _modifier(obj)
+                modifier.node_group = live_nodes.node_group(kind)
+                for name, value in inputs.items():
+                    live_nodes.set_input(modifier, name, value)
                 obj.update_tag()
             data.update_tag()
         names = ", ".join(obj.name for source in self._sources for obj in source.objects)
@@ -85,6 +106,18 @@ class OBJECT_OT_salient_live(ModalOperator, bpy.types.Operator):
         """Draw the panel of the last operation."""
         self.layout.use_property_split = True
         self.layout.prop(self, "ratio")
+
+
+def _modifier(obj: Any) -> Any:
+    """Return the live modifier of an object, above all that add or remove geometry."""
+    modifier = obj.modifiers.get(MODIFIER)
+    if modifier is None or modifier.type != "NODES":
+        modifier = obj.modifiers.new(MODIFIER, "NODES")
+    own = obj.modifiers.find(modifier.name)
+    first = next((k for k, m in enumerate(obj.modifiers) if m.type not in DEFORMING), own)
+    if first < own:
+        obj.modifiers.move(own, first)
+    return modifier
 
 
 CLASSES: tuple[Any, ...] = (OBJECT_OT_salient_live,)

@@ -9,6 +9,7 @@ import bpy
 
 from ..geometry import sources
 from ..geometry.sources import Source
+from ..settings.figures import figures
 from .base import ModalOperator
 
 
@@ -49,12 +50,14 @@ class OBJECT_OT_salient_measure(ModalOperator, bpy.types.Operator):
         (errors,) = answers
         simplified, original = (source.object.name for source in self._sources)
         there, back = errors["surface"], errors["surface_back"]
-        figures = context.window_manager.salient_simplify
-        figures.title = f"{simplified} against {original}"
-        figures.points_before = errors["points_before"]
-        figures.points_after = errors["points_after"]
-        figures.max_error, figures.mean_error = there["max"], there["mean"]
-        figures.measured, figures.seconds = True, 0.0
+        figures.show(
+            title=f"{simplified} against {original}",
+            points_before=errors["points_before"],
+            points_after=errors["points_after"],
+            max_error=there["max"],
+            mean_error=there["mean"],
+            measured=True,
+        )
         self._message = (
             f"{figures.title}: largest error {there['max']:.4g}, mean {there['mean']:.4g}, root "
             f"mean square {there['rms']:.4g}; back: {back['max']:.4g}, {back['mean']:.4g}"

@@ -9,8 +9,9 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..geometry import attributes, read, sources
+from ..geometry import attributes, point_nodes, read, sources
 from ..geometry.attributes import Layer
+from ..geometry.read import HostError
 from ..geometry.sources import Source
 from ..settings import properties
 from .base import SKIP_SAVE, ModalOperator
@@ -34,14 +35,11 @@ class Shown(NamedTuple):
     description: str
     alpha: bool = False
     """Whether it depends on the threshold α."""
-    group: bool = False
-    """Whether the values become a vertex group, which Blender's own modifiers understand."""
 
 
 TABLE = (
     Shown("saliency", "saliency", "FLOAT", "Saliency Color", "Salient Show Saliency",
-        "Store the saliency of every point, also as a vertex group, and show it in colour",
-        group=True),
+        "Store the saliency of every point, and show it in colour, from blue to red"),
     Shown("regions", "saliency_region", "INT", "Region Color", "Salient Show Regions",
         "Store the region of like saliency of every point, and show each in a colour of its own"),
     Shown("interest", "interest_point", "BOOLEAN", "Interest Color", "Salient Show Interest Points",
@@ -82,13 +80,11 @@ class ShowAttribute(ModalOperator):
             attributes.write_layer(data, colors)
             if read.is_mesh(data):
                 data.attributes.active_color_name = shown.color
-                if shown.group:
-                    _set_group(source.object, values)
-            else:
+            if not _has_faces(data):
                 for obj in source.objects:
-                    _show_material(obj, shown.color)
+                    _show_points(obj, shown.color, answer["radius"])
             data.update_tag()
-        _show_colors(context, all(read.is_mesh(source.data) for source in self._sources))
+        _show_colors(context, all(_has_faces(source.data) for source in self._sources))
         names = ", ".join(source.object.name for source in self._sources)
         self._message = f"{names}: see the attribute {shown.color!r}"
 
@@ -101,6 +97,44 @@ class ShowAttribute(ModalOperator):
         self.layout.use_property_split = True
         if self.shown.alpha:
             self.layout.prop(self, "alpha")
+
+
+class OBJECT_OT_salient_vertex_group(ModalOperator, bpy.types.Operator):
+    """Store the saliency of every vertex as a vertex group, which Decimate and others understand"""
+
+    bl_idname = "object.salient_vertex_group"
+    bl_label = "Salient Vertex Group for Decimate"
+    __annotations__ = properties.parameter_annotations(SKIP_SAVE)
+
+    def find(self, context: Any) -> list[Source]:
+        """Return the selected objects' own geometries."""
+        return sources.originals(context)
+
+    def check(self, source: Source) -> None:
+        """Refuse what must not be changed, or has no groups."""
+        source.require_editable()
+        if not read.is_mesh(source.data):
+            raise HostError(
+                f"{source.object.name}: point clouds have no vertex groups; Show Saliency stores "
+                "an attribute"
+            )
+
+    def request(self, source: Source, number: int) -> dict[str, Any]:
+        """Ask for the saliency of every point."""
+        parameters = properties.parameters(self).as_dict()
+        return {"task": "saliency", "parameters": parameters, **sources.geometry(source)}
+
+    def commit(self, context: Any, answers: list[dict[str, Any]]) -> None:
+        """Set the weights."""
+        for source, answer in zip(self._sources, answers, strict=True):
+            _set_group(source.object, answer["values"])
+
+    def conclude(self, context: Any) -> None:
+        """Tell how to use it."""
+        self.report({"INFO"}, f"Give Decimate the vertex group {GROUP!r}, inverted")
+
+    def draw(self, context: Any) -> None:
+        """Draw nothing."""
 
 
 def _operator(shown: Shown) -> Any:
@@ -133,13 +167,18 @@ def _set_group(obj: Any, weights: NDArray[Any]) -> None:
             group.add(members.tolist(), level / LEVELS, "REPLACE")
 
 
-def _show_material(obj: Any, attribute: str) -> None:
-    """Give a point cloud's object a material that shows an attribute; its data keeps its own."""
+def _has_faces(data: Any) -> bool:
+    return read.is_mesh(data) and len(data.polygons) > 0
+
+
+def _show_points(obj: Any, attribute: str, radius: float) -> None:
+    """Show the points of an object in the colours of an attribute; its data keep their material."""
     if not obj.material_slots:
         obj.data.materials.append(None)
     slot = obj.material_slots[0]
     slot.link = "OBJECT"
     slot.material = material(attribute)
+    point_nodes.show(obj, slot.material, radius)
 
 
 def material(attribute: str) -> Any:
@@ -172,4 +211,4 @@ def _show_colors(context: Any, solid: bool) -> None:
                 shading.color_type = "VERTEX"
 
 
-CLASSES: tuple[Any, ...] = tuple(_operator(shown) for shown in TABLE)
+CLASSES: tuple[Any, ...] = (*map(_operator, TABLE), OBJECT_OT_salient_vertex_group)

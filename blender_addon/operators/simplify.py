@@ -12,8 +12,9 @@ from ..geometry import results, sources
 from ..geometry.sources import Source
 from ..geometry.topology import Reduced
 from ..settings import properties
-from ..settings.layout import draw_output, draw_target
-from .base import SKIP_SAVE, ModalOperator
+from ..settings.figures import figures
+from ..settings.layout import draw_kept, draw_output, draw_target
+from .base import LARGE, SKIP_SAVE, ModalOperator, sidebars
 
 
 class OBJECT_OT_salient_simplify(ModalOperator, bpy.types.Operator):
@@ -31,7 +32,7 @@ class OBJECT_OT_salient_simplify(ModalOperator, bpy.types.Operator):
     def find(self, context: Any) -> list[Source]:
         """Return the selected geometries, with or without modifiers."""
         self._begun = time.perf_counter()
-        self._errors: list[dict[str, float]] = []
+        self._errors: dict[str, Any] = {}
         return sources.selected(context, self.source)
 
     def check(self, source: Source) -> None:
@@ -46,15 +47,18 @@ class OBJECT_OT_salient_simplify(ModalOperator, bpy.types.Operator):
             "parameters": properties.parameters(self).as_dict(),
             "targets": [properties.target(self)],
             "measurable": number if self.measure else None,
-            **sources.geometry_with_mesh(source, self.protect, self.keep_seams),
+            **sources.geometry_with_mesh(source, self),
         }
 
     def commit(self, context: Any, answers: list[dict[str, Any]]) -> None:
         """Put the results into the scene."""
         self._names = ", ".join(source.object.name for source in self._sources)
-        self._counts = [0, 0]
+        self._counts, self._triangles = [0, 0], [0, 0]
         for source, answer in zip(self._sources, answers, strict=True):
             result = Reduced.from_dict(answer["levels"][0])
+            self.warn(source, result.notes)
+            self._triangles[0] += answer["triangles"]
+            self._triangles[1] += result.triangles
             self._counts[0] += source.count
             self._counts[1] += len(result.indices)
             if self.output == "IN_PLACE":
@@ -67,31 +71,70 @@ class OBJECT_OT_salient_simplify(ModalOperator, bpy.types.Operator):
 
     def measuring(self) -> dict[str, Any] | None:
         """Ask for the errors."""
-        return {"task": "measure"} if self.measure else None
+        if not self.measure:
+            return None
+        return {"task": "measure", "count": len(self._sources)}
 
     def measured(self, errors: list[dict[str, float]]) -> None:
         """Take the errors of each geometry."""
-        self._errors = errors
+        self._errors = _whole(errors)
+
+    def later(self) -> Any:
+        """Add the errors to the figures that are shown by then."""
+        shown = self._figures()
+
+        def take(errors: list[dict[str, float]]) -> None:
+            figures.show(**shown, **_whole(errors))
+            for region in sidebars(bpy.context.window_manager.windows):
+                region.tag_redraw()
+
+        return take
+
+    def _figures(self) -> dict[str, Any]:
+        """Return the figures but for the errors."""
+        return {
+            "title": self._names,
+            "points_before": self._counts[0],
+            "points_after": self._counts[1],
+            "faces_before": self._triangles[0],
+            "faces_after": self._triangles[1],
+            "notes": "\n".join(self._warnings),
+            "seconds": self._seconds,
+        }
 
     def conclude(self, context: Any) -> None:
         """Show the figures."""
         before, after = self._counts
-        figures = context.window_manager.salient_simplify
-        figures.title = self._names
-        figures.points_before, figures.points_after = before, after
-        figures.seconds, figures.measured = self._seconds, bool(self._errors)
-        text = f"{figures.title}: {after:,} of {before:,} points ({after / before:.1%})"
+        text = f"{self._names}: {after:,} of {before:,} points ({after / before:.1%})"
+        if self._triangles[0]:
+            text += ", {1:,} of {0:,} triangles".format(*self._triangles)
         if self._errors:
-            figures.max_error = max(error["max"] for error in self._errors)
-            total = sum(error["mean"] * error["points"] for error in self._errors)
-            figures.mean_error = total / before
-            text += f", largest error {figures.max_error:.4g}, mean {figures.mean_error:.4g}"
+            text += ", largest error {max_error:.4g}, mean {mean_error:.4g}".format(**self._errors)
+        figures.show(**self._figures(), **self._errors)
         self.report({"INFO"}, text)
 
     def draw(self, context: Any) -> None:
-        """Draw the panel of the last operation."""
+        """Draw the panel of the last operation: of large objects only what takes no time."""
+        large = self._points > LARGE
+        if large and self.target == "MAX_ERROR":
+            self.layout.label(text="Set the error in the sidebar, and press Simplify")
+            return
         draw_target(self.layout, self)
+        if large:
+            self.layout.prop(self, "hide_source")
+            return
         draw_output(self.layout, self)
+        draw_kept(self.layout, self)
+
+
+def _whole(errors: list[dict[str, float]]) -> dict[str, Any]:
+    """Return the errors of several geometries as figures of all their points."""
+    points = sum(error["points"] for error in errors)
+    return {
+        "max_error": max(error["max"] for error in errors),
+        "mean_error": sum(error["mean"] * error["points"] for error in errors) / points,
+        "measured": True,
+    }
 
 
 CLASSES: tuple[Any, ...] = (OBJECT_OT_salient_simplify,)

@@ -14,6 +14,7 @@ import numpy as np
 import scipy
 
 from ..geometry.read import HostError
+from ..salcore import SalcoreError
 from ..worker import host as states
 from ..worker import requests
 from ..worker.host import Host
@@ -52,13 +53,16 @@ class Task:
     fraction : float
         In [0, 1], never falling.
     results : list
-        Answers so far.
+        Answers so far; None where a request of several failed.
+    failures : dict of int to SalcoreError or MemoryError
+        Why, by the position among the requests.
     done : bool
     """
 
     def __init__(self, makers: list[Callable[[], dict[str, Any]]], host: Host | None) -> None:
         self.stage, self.fraction = "Start", 0.0
         self.results: list[Any] = []
+        self.failures: dict[int, SalcoreError | MemoryError] = {}
         self._makers, self.host = makers, host
         self._sent = False
 
@@ -78,21 +82,29 @@ class Task:
         Raises
         ------
         SalcoreError, MemoryError
-            As the request that failed would have raised them.
+            As the last request that failed would have raised them, if all did.
         HostError
             If the child has been killed.
         """
         while not self.done:
             if self.host is None or self.in_process:
-                self._take(requests.run(self._makers[len(self.results)]()))
+                try:
+                    self._take(requests.run(self._makers[len(self.results)]()))
+                except (SalcoreError, MemoryError) as error:
+                    self._fail(error)
                 continue
             self.host.start()
             message = self.host.poll()
             if message is not None:
                 self._read(*message)
             elif self.host.state == states.IDLE and not self._sent:
+                try:
+                    request = self._makers[len(self.results)]()
+                except SalcoreError as error:
+                    self._fail(error)
+                    continue
                 self._sent = True
-                self.host.send(self._makers[len(self.results)]())
+                self.host.send(request)
             else:
                 break
         return self.done
@@ -125,11 +137,18 @@ class Task:
                 "close other programs or thin the input, and try again"
             )
         elif values[0] == "MemoryError":
-            raise MemoryError(values[1])
+            self._fail(MemoryError(values[1]))
         elif values[0] == "SalcoreError":
-            raise HostError(values[1])
+            self._fail(HostError(values[1]))
         else:
             raise RuntimeError(f"the worker process failed: {values[1]}")
+
+    def _fail(self, error: SalcoreError | MemoryError) -> None:
+        """Leave out a request that failed; raise if none has succeeded."""
+        self.failures[len(self.results)] = error
+        if len(self.failures) == len(self._makers):
+            raise error
+        self._take(None)
 
     def _take(self, result: Any) -> None:
         self.results.append(result)
@@ -142,8 +161,46 @@ def settle() -> float | None:
     return 0.1 if host.state == states.STOPPING else None
 
 
+_later: list[tuple[Task, Callable[[Any], None]]] = []
+"""Work that nobody waits for, and what takes its answer; one at the most."""
+
+
+def begin_later(request: dict[str, Any], take: Callable[[Any], None]) -> None:
+    """Have the child answer a request while nobody waits, and hand its answer to `take`."""
+    drop_later()
+    task = Task([lambda: request], host)
+    if host.state != states.OFF and not task.in_process:
+        _later.append((task, take))
+        bpy.app.timers.register(look_later, first_interval=0.1)
+
+
+def look_later() -> float | None:
+    """Look for the answer that nobody waits for; for Blender's timers."""
+    if not _later:
+        return None
+    task, take = _later[0]
+    try:
+        if not task.advance():
+            return 0.1
+    except (SalcoreError, MemoryError):
+        _later.clear()
+        return None
+    _later.clear()
+    take(task.results[0])
+    return None
+
+
+def drop_later() -> None:
+    """Give up work that nobody waits for."""
+    while _later:
+        _later.pop()[0].cancel()
+    if bpy.app.timers.is_registered(look_later):
+        bpy.app.timers.unregister(look_later)
+
+
 def stop() -> None:
     """End the child, and forget what this process keeps."""
+    drop_later()
     if bpy.app.timers.is_registered(settle):
         bpy.app.timers.unregister(settle)
     host.stop()

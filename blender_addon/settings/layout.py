@@ -15,10 +15,22 @@ def draw_target(layout: Any, settings: Any) -> None:
 
 
 def draw_output(layout: Any, settings: Any) -> None:
-    """Draw where the result goes."""
+    """Draw what is taken and where the result goes."""
+    layout.prop(settings, "placement", expand=True)
     layout.prop(settings, "source")
-    layout.prop(settings, "keep_seams")
     layout.prop(settings, "output")
     if settings.output == "NEW":
         layout.prop(settings, "hide_source")
     layout.prop(settings, "measure")
+
+
+def draw_kept(layout: Any, settings: Any) -> None:
+    """Draw the switches of what has to stay."""
+    column = layout.column(heading="Keep", align=True)
+    for name, text in (
+        ("keep_seams", "Seams"),
+        ("keep_sharp", "Sharp Edges"),
+        ("keep_border", "Border"),
+        ("keep_topology", "Topology"),
+    ):
+        column.prop(settings, name, text=text)

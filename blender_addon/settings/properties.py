@@ -10,6 +10,7 @@ import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
 
 from ..salcore import PRESETS, TABLE, TARGETS, Parameter, Parameters
+from .figures import Figures, figures
 
 HIDDEN = {"error_unit"}
 """Rows that a scene decides: lengths are always in its unit."""
@@ -25,6 +26,12 @@ OUTPUTS = (
     ("NEW", "New Object", "Put the result into a new object beside the original"),
     ("IN_PLACE", "In Place", "Replace the geometry of the object and of all that share it"),
 )
+LABELS = {"faces": "Triangles"}
+"""Names that Blender's users know, where they are not the table's."""
+DEFAULTS = {"placement": "optimal"}
+"""Defaults that are others than the table's: in Blender a mesh is to look like the original."""
+LEVEL_TARGETS = ("ratio", "faces", "max_error")
+"""What levels of detail can be chosen by."""
 SOFT_MAXIMUM = {"ratio": 1.0, "alpha": 100.0, "max_error": 10.0, "detail": 10.0, "evenness": 2.0}
 
 MORE_PRESETS = {
@@ -34,13 +41,28 @@ MORE_PRESETS = {
 """Presets beside salcore's, as changes to its default."""
 
 
+def sentence(row: Parameter) -> str:
+    """Return what a row of the table means here."""
+    if row.name == "placement":
+        return (
+            "Kept vertices of a mesh move to where the error is least (optimal), or stay original "
+            "points (original); points of clouds always stay."
+        )
+    if row.name == "max_error":
+        return (
+            "About the fewest points whose surface is nowhere further than this from an original "
+            "point, in the scene's unit."
+        )
+    return row.sentence
+
+
 def _property(row: Parameter, options: set[str]) -> Any:
     """Return the Blender property of a row of the table."""
     symbol = f" Paper: {row.symbol}." if row.symbol else ""
     words: dict[str, Any] = {
-        "name": row.label,
-        "description": (row.sentence + symbol).rstrip("."),  # Blender adds the full stop
-        "default": row.default,
+        "name": LABELS.get(row.name, row.label),
+        "description": (sentence(row) + symbol).rstrip("."),  # Blender adds the full stop
+        "default": DEFAULTS.get(row.name, row.default),
         "options": options,
     }
     if row.type is bool:
@@ -53,12 +75,7 @@ def _property(row: Parameter, options: set[str]) -> Any:
     if row.name == "ratio":
         words |= {"subtype": "FACTOR", "precision": 4}
     if row.name == "max_error":
-        words |= {
-            "subtype": "DISTANCE",
-            "precision": 5,
-            "description": "About the fewest points whose surface is nowhere further than this "
-            "from an original point, in the scene's unit",
-        }
+        words |= {"subtype": "DISTANCE", "precision": 5}
     return FloatProperty(
         min=row.minimum,
         max=min(row.maximum, 1e30),
@@ -73,7 +90,10 @@ def _label(choice: str) -> str:
 
 def target_annotations(options: set[str]) -> dict[str, Any]:
     """Return the properties that say how far to go."""
-    items = tuple((row.name.upper(), row.label, row.sentence.rstrip(".")) for row in TARGETS)
+    items = tuple(
+        (row.name.upper(), LABELS.get(row.name, row.label), sentence(row).rstrip("."))
+        for row in TARGETS
+    )
     return {
         "target": EnumProperty(
             items=items, name="Target", description="What to reach", options=options
@@ -96,6 +116,13 @@ def input_annotations(options: set[str]) -> dict[str, Any]:
             description="Which geometry of the object to take",
             options=options,
         ),
+        **keep_annotations(options),
+    }
+
+
+def keep_annotations(options: set[str]) -> dict[str, Any]:
+    """Return the properties that say what has to stay."""
+    return {
         "protect": StringProperty(
             name="Protect",
             description="Vertex group, or attribute of points, whose points are never removed: "
@@ -104,9 +131,35 @@ def input_annotations(options: set[str]) -> dict[str, Any]:
         ),
         "keep_seams": BoolProperty(
             name="Keep Seams",
-            description="Seams of UV maps, edges marked as seams and borders of materials stay "
-            "as lines; without, more of the shape is kept but faces reach across",
+            description="Seams of UV maps, corner colors and custom normals, edges marked as "
+            "seams and borders of materials stay as lines; without, more of the shape is kept but "
+            "faces reach across",
             default=True,
+            options=options,
+        ),
+        "keep_sharp": BoolProperty(
+            name="Keep Sharp Edges",
+            description="Edges that are sharp, creased, have a bevel weight or are marked for "
+            "Freestyle stay as lines; without, more of the shape is kept but such lines break up",
+            default=True,
+            options=options,
+        ),
+        **_more_kept(options),
+    }
+
+
+def _more_kept(options: set[str]) -> dict[str, Any]:
+    return {
+        "keep_border": BoolProperty(
+            name="Keep Border",
+            description="Vertices on open borders neither move nor go: tiles that meet there "
+            "still meet. A target of fewer points stops at these",
+            options=options,
+        ),
+        "keep_topology": BoolProperty(
+            name="Keep Topology",
+            description="No part of the mesh goes or falls apart, no hole or handle closes. A "
+            "target of fewer points stops at the fewest with which that is so",
             options=options,
         ),
     }
@@ -120,7 +173,9 @@ def output_annotations(options: set[str]) -> dict[str, Any]:
         ),
         "hide_source": BoolProperty(
             name="Hide Original",
-            description="Hide the original, and select the new object in its place",
+            description="Hide the original, in the view and when rendered, and select the new "
+            "object: they lie in one place and would flicker",
+            default=True,
             options=options,
         ),
         "measure": BoolProperty(
@@ -128,6 +183,38 @@ def output_annotations(options: set[str]) -> dict[str, Any]:
             description="Measure the exact distances from all original points to the result; on "
             "large meshes this takes a while",
             default=True,
+            options=options,
+        ),
+    }
+
+
+def level_annotations(options: set[str]) -> dict[str, Any]:
+    """Return the properties of a chain of levels of detail."""
+    rows = [row for row in TARGETS if row.name in LEVEL_TARGETS]
+    return {
+        "levels_by": EnumProperty(
+            items=tuple(
+                (row.name.upper(), LABELS.get(row.name, row.label), sentence(row).rstrip("."))
+                for row in rows
+            ),
+            name="Levels by",
+            description="What the numbers of the levels mean",
+            options=options,
+        ),
+        "ratios": StringProperty(
+            name="Levels",
+            description="A number for each level below the original: shares such as 0.5 or 50%, "
+            "numbers of triangles, or largest errors in the scene's unit",
+            default="50% 25% 10% 2%",
+            options=options,
+        ),
+        "arrange": EnumProperty(
+            items=(
+                ("STACKED", "One Visible", "All stand where the original is, which alone is shown"),
+                ("BESIDE", "Side by Side", "All are shown, one beside the other"),
+            ),
+            name="Arrange",
+            description="Where the levels stand",
             options=options,
         ),
     }
@@ -141,11 +228,7 @@ class SalientSettings(bpy.types.PropertyGroup):
         **input_annotations(set()),
         **output_annotations(set()),
         **parameter_annotations(set()),
-        "ratios": StringProperty(
-            name="Ratios",
-            description="Shares of the points to keep, one for each level of detail",
-            default="0.5 0.25 0.1 0.02",
-        ),
+        **level_annotations(set()),
     }
 
     def use_preset(self, name: str) -> None:
@@ -158,8 +241,13 @@ class SalientSettings(bpy.types.PropertyGroup):
 def preset(name: str) -> Parameters:
     """Return the parameters of a preset: salcore's own, or one of `MORE_PRESETS`."""
     if name in PRESETS:
-        return Parameters.preset(name)
-    return dataclasses.replace(Parameters(), **MORE_PRESETS[name])
+        return dataclasses.replace(Parameters.preset(name), **_defaults(name))
+    return dataclasses.replace(Parameters(), **DEFAULTS, **MORE_PRESETS[name])
+
+
+def _defaults(name: str) -> dict[str, Any]:
+    """Return Blender's defaults, which the paper's preset does not have."""
+    return {} if name == "paper" else DEFAULTS
 
 
 def parameters(settings: Any) -> Parameters:
@@ -183,20 +271,20 @@ def fill_unset(own: Any, settings: Any) -> None:
             setattr(own, name, getattr(settings, name))
 
 
-class SalientFigures(bpy.types.PropertyGroup):
-    """Figures of the last result, and how far running work has come; not saved."""
+def _figure(field: Any) -> Any:
+    """Return a property that reads a figure, and cannot be set."""
+    kinds = {"str": StringProperty, "int": IntProperty, "float": FloatProperty}
+    kind = kinds.get(field.type, BoolProperty)
+    words: dict[str, Any] = {"get": lambda self: getattr(figures, field.name)}
+    if field.name.endswith("_error"):
+        words |= {"subtype": "DISTANCE", "precision": 6}
+    return kind(**words)
 
-    __annotations__ = {
-        "stage": StringProperty(),
-        "fraction": FloatProperty(),
-        "title": StringProperty(),
-        "points_before": IntProperty(),
-        "points_after": IntProperty(),
-        "max_error": FloatProperty(subtype="DISTANCE", precision=6),
-        "mean_error": FloatProperty(subtype="DISTANCE", precision=6),
-        "measured": BoolProperty(),
-        "seconds": FloatProperty(),
-    }
+
+class SalientFigures(bpy.types.PropertyGroup):
+    """Figures of the last result, and how far running work has come; to read, not saved."""
+
+    __annotations__ = {field.name: _figure(field) for field in dataclasses.fields(Figures)}
 
 
 CLASSES: tuple[Any, ...] = (SalientSettings, SalientFigures)

@@ -12,10 +12,12 @@ from bl_ui.utils import PresetPanel
 
 from ..operators import levels, live, measure, show, simplify, work
 from ..settings import properties
-from ..settings.layout import draw_output, draw_target
+from ..settings.figures import figures
+from ..settings.layout import draw_kept, draw_output, draw_target
 
 PRESETS = "salient_simplify"
 """Folder of the presets, in Blender's preset folders."""
+NO_FIGURE = "\N{EN DASH}"
 PRESET_PATH = str(Path(__file__).parents[1])
 
 
@@ -36,25 +38,24 @@ class VIEW3D_PT_salient(_Panel, bpy.types.Panel):
         """Draw target, button and figures."""
         work.warm_up()
         layout, settings = self.layout, context.scene.salient_simplify
-        figures = context.window_manager.salient_simplify
         busy = bool(figures.stage)
         column = layout.column()
         column.enabled = not busy
         draw_target(column, settings)
+        row = layout.row()
+        row.scale_y = 1.4  # for both, so that nothing moves when work begins or ends
         if busy:
-            layout.progress(factor=figures.fraction, text=f"{figures.stage} (Esc: cancel)")
+            row.progress(factor=figures.fraction, text=f"{figures.stage} (Esc: cancel)")
         else:
-            row = layout.row()
-            row.scale_y = 1.4
             row.operator(simplify.OBJECT_OT_salient_simplify.bl_idname, text="Simplify")
         column = layout.column()
         column.enabled = not busy
         column.use_property_split = True
         column.use_property_decorate = False
         draw_output(column, settings)
+        draw_kept(column, settings)
         self._draw_protect(column, context, settings)
-        if figures.title:
-            _draw_figures(layout.box().column(align=True), context, figures)
+        _draw_figures(layout.box().column(align=True), context)
 
     def _draw_protect(self, layout: Any, context: Any, settings: Any) -> None:
         obj = context.object
@@ -64,26 +65,30 @@ class VIEW3D_PT_salient(_Panel, bpy.types.Panel):
             layout.prop_search(settings, "protect", obj.data, "attributes")
 
 
-def _draw_figures(column: Any, context: Any, figures: Any) -> None:
-    """Draw the figures of the last result."""
+def _draw_figures(column: Any, context: Any) -> None:
+    """Draw the figures of the last result, always in as many lines: no button below them moves."""
     units = context.scene.unit_settings
 
     def length(value: float) -> str:
+        if not figures.measured:
+            return NO_FIGURE
         if units.system == "NONE":
             return f"{value:.5g}"
         return bpy.utils.units.to_string(
             units.system, "LENGTH", value * units.scale_length, precision=5
         )
 
-    column.label(text=figures.title)
-    column.label(text=f"{figures.points_after:,} of {figures.points_before:,} points")
-    if figures.points_before:
-        column.label(text=f"Rate: {1.0 - figures.points_after / figures.points_before:.2%} removed")
-    if figures.measured:
-        column.label(text=f"Largest error: {length(figures.max_error)}")
-        column.label(text=f"Mean error: {length(figures.mean_error)}")
-    if figures.seconds:
-        column.label(text=f"Time: {figures.seconds:.2f} s")
+    before, after = figures.points_before, figures.points_after
+    points = f"{after:,} of {before:,} points" if before else "No result yet"
+    column.label(text=figures.title or NO_FIGURE)
+    column.label(text=points)
+    faces = f"{figures.faces_after:,} of {figures.faces_before:,} triangles"
+    column.label(text=faces if figures.faces_before else NO_FIGURE)
+    column.label(text=f"Rate: {1.0 - after / before:.2%} removed" if before else NO_FIGURE)
+    column.label(text=f"Largest error: {length(figures.max_error)}")
+    column.label(text=f"Mean error: {length(figures.mean_error)}")
+    seconds = f"{figures.seconds:.2f} s" if figures.seconds else NO_FIGURE
+    column.label(text=f"Time: {seconds}")
 
 
 class VIEW3D_PT_salient_more(_Panel, bpy.types.Panel):
@@ -94,13 +99,14 @@ class VIEW3D_PT_salient_more(_Panel, bpy.types.Panel):
 
     def draw(self, context: Any) -> None:
         """Draw the other operators."""
-        self.layout.enabled = not context.window_manager.salient_simplify.stage
+        self.layout.enabled = not figures.stage
         column = self.layout.column(align=True)
         for kind in show.CLASSES:
             column.operator(kind.bl_idname, text=_short(kind))
         column = self.layout.column()
         column.operator(live.OBJECT_OT_salient_live.bl_idname, text="Live Simplify")
-        column.prop(context.scene.salient_simplify, "ratios")
+        for name in ("levels_by", "ratios", "arrange"):
+            column.prop(context.scene.salient_simplify, name)
         column.operator(levels.OBJECT_OT_salient_levels.bl_idname, text="Levels of Detail")
         column.operator(measure.OBJECT_OT_salient_measure.bl_idname, text="Measure Error")
 
@@ -139,7 +145,7 @@ class VIEW3D_PT_salient_advanced(_Panel, bpy.types.Panel):
     def draw(self, context: Any) -> None:
         """Draw the parameters, grouped."""
         layout, settings = self.layout, context.scene.salient_simplify
-        layout.enabled = not context.window_manager.salient_simplify.stage
+        layout.enabled = not figures.stage
         layout.use_property_split = True
         layout.use_property_decorate = False
         for group in properties.GROUPS:
@@ -171,8 +177,8 @@ def _short(kind: Any) -> str:
 
 
 def _draw_menu(self: Any, context: Any) -> None:
-    self.layout.separator()
     self.layout.menu("VIEW3D_MT_salient")
+    self.layout.separator()
 
 
 CLASSES: tuple[Any, ...] = (
@@ -187,7 +193,7 @@ CLASSES: tuple[Any, ...] = (
 
 def register() -> None:
     """Add the menu and the presets."""
-    bpy.types.VIEW3D_MT_object.append(_draw_menu)
+    bpy.types.VIEW3D_MT_object.prepend(_draw_menu)  # its end lies outside small windows
     bpy.utils.register_preset_path(PRESET_PATH)
 
 

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from .. import salcore
 from ..geometry import topology
@@ -30,8 +31,6 @@ ANALYSIS_SHARE = 0.4
 INTEREST_COLOR, OTHER_COLOR = (0.9, 0.1, 0.05), (0.35, 0.35, 0.38)
 
 _analyses: dict[bytes, Analysis] = {}
-_seams: dict[bytes, NDArray[np.int64]] = {}
-"""Of the last mesh only."""
 _unmeasured: list[list[Simplification]] = []
 """The last simplifications whose errors may be asked for, by request."""
 
@@ -61,7 +60,6 @@ def run(request: dict[str, Any], progress: Callback | None = None) -> Any:
 def forget() -> None:
     """Forget all that is kept."""
     _analyses.clear()
-    _seams.clear()
     _unmeasured.clear()
 
 
@@ -73,9 +71,9 @@ def simplify(
     parameters: dict[str, Any],
     targets: list[dict[str, float]],
     protect: Any,
-    keep_seams: bool,
     measurable: int | None,
     work: Progress,
+    **kept: bool,
 ) -> dict[str, Any]:
     """Simplify a mesh or a cloud to several targets, from one analysis.
 
@@ -89,23 +87,21 @@ def simplify(
     targets : list of dict
         One argument each of `Analysis.simplify`.
     protect : (n,) bool or None
-    keep_seams : bool
     measurable : int or None
         Position among the requests whose errors `measure` will be asked for together; the first
         one forgets the last ones. None for no errors.
+    **kept : bool
+        "keep_seams", "keep_sharp", "keep_border" and "keep_topology".
 
     Returns
     -------
     dict
-        "levels": of `Reduced`, one for each target.
+        "levels": of `Reduced`, one for each target; "triangles": of the input.
     """
     shape = None if mesh is None else MeshArrays(**mesh)
     faces = None if shape is None or not len(shape.first) else shape.faces
     analysis = _analysis(points, faces, normals, parameters, work, ANALYSIS_SHARE)
-    seams = None
-    if shape is not None and keep_seams:
-        work.part(ANALYSIS_SHARE, ANALYSIS_SHARE, "Seams")
-        seams = _find_seams(shape)
+    constraints = {"protect": protect, **_constraints(analysis, shape, **kept)}
     if not measurable:
         _unmeasured.clear()
     levels, done = [], []
@@ -114,19 +110,43 @@ def simplify(
         begin = ANALYSIS_SHARE if k == 0 else 0.9 + 0.1 * k / len(targets)
         end = 0.9 + 0.1 * (k + 1) / len(targets)
         part = work.portion(begin, end)
-        result = analysis.simplify(protect=protect, seams=seams, progress=part, **target)
+        result = analysis.simplify(progress=part, **constraints, **_at_most(target, points))
         work.part(end, end, "Attributes")
         left = None if shape is None else topology.simplified(shape, result)
-        levels.append(Reduced(result.indices, result.positions, left).as_dict())
+        triangles = 0 if result.faces is None else len(result.faces)
+        notes = [*result.notes, *_lost_faces(faces, triangles, target)]
+        if "count" in target and len(result.indices) < target["count"]:
+            notes.append(f"It has {len(result.indices)} points, which is fewer than asked for")
+        levels.append(Reduced(result.indices, result.positions, left, triangles, notes).as_dict())
         done.append(result)
     if measurable is not None:
         _unmeasured.append(done)
-    return {"levels": levels}
+    return {"levels": levels, "triangles": 0 if faces is None else len(faces)}
 
 
-def measure(*, work: Progress) -> list[dict[str, float]]:
-    """Measure the errors of the last simplifications; return "max", "mean" and "points" of each."""
-    waiting = [result for results in _unmeasured for result in results]
+def _at_most(target: dict[str, float], points: Any) -> dict[str, float]:
+    """Return a target with a count that the points reach: a selection has one for all objects."""
+    if "count" not in target:
+        return target
+    return {"count": min(target["count"], int(np.isfinite(points).all(axis=1).sum()))}
+
+
+def _lost_faces(faces: Any, left: int, target: dict[str, float]) -> list[str]:
+    """Return a sentence if a mesh lost all faces."""
+    if faces is None or left:
+        return []
+    if "alpha" in target:
+        return ["A threshold α gives points, and no faces; choose another target for a mesh"]
+    return ["No face is left; keep more points"]
+
+
+def measure(*, count: int | None = None, work: Progress) -> list[dict[str, float]]:
+    """Measure the errors of the last simplifications, all or `count` requests of them.
+
+    Returns "max", "mean" and "points" of each.
+    """
+    chosen = _unmeasured if count is None else _unmeasured[len(_unmeasured) - count :]
+    waiting = [result for results in chosen for result in results]
     found = []
     for k, result in enumerate(waiting):
         errors = result.measure(work.portion(k / len(waiting), (k + 1) / len(waiting))).surface
@@ -154,23 +174,36 @@ def rank(
     mesh: dict[str, Any] | None,
     parameters: dict[str, Any],
     protect: Any,
-    keep_seams: bool,
     work: Progress,
+    **kept: bool,
 ) -> dict[str, Any]:
-    """Return the order of removal, as `Ranking` has it."""
+    """Return the order of removal, as `Ranking` has it, and what of a mesh depends on it.
+
+    Returns
+    -------
+    dict
+        "rank", "parent", "generations" and "least"; "corner": of `topology.parent_corners`, None
+        where corners carry nothing; "apart": of `topology.apart`, None without faces.
+    """
     shape = None if mesh is None else MeshArrays(**mesh)
     faces = None if shape is None or not len(shape.first) else shape.faces
     analysis = _analysis(points, faces, normals, parameters, work, ANALYSIS_SHARE)
-    seams = None
-    if shape is not None and keep_seams:
-        work.part(ANALYSIS_SHARE, ANALYSIS_SHARE, "Seams")
-        seams = _find_seams(shape)
+    constraints = {"protect": protect, **_constraints(analysis, shape, **kept)}
     part = work.portion(ANALYSIS_SHARE, 1.0)
-    ranking = analysis.ranking(protect=protect, seams=seams, progress=part)
+    ranking = analysis.ranking(progress=part, **constraints)
+    corner, apart = None, None
+    if shape is not None and faces is not None:
+        work.part(1.0, 1.0, "Attributes")
+        apart = topology.apart(shape.all_edges, ranking.rank, ranking.parent)
+        if shape.corner_values:
+            corner = topology.parent_corners(shape, ranking.parent).astype(np.int32)
     return {
         "rank": ranking.rank.astype(np.int32),
         "parent": ranking.parent.astype(np.int32),
         "generations": ranking.generations,
+        "least": ranking.least,
+        "corner": corner,
+        "apart": apart,
     }
 
 
@@ -179,7 +212,7 @@ def saliency(
 ) -> dict[str, Any]:
     """Return the saliency of every point, and its colour from blue to red."""
     values = _analysis(points, faces, normals, parameters, work).saliency
-    return _shown(values.astype(np.float32), salcore.saliency_colors(values))
+    return _shown(points, values.astype(np.float32), salcore.saliency_colors(values))
 
 
 def regions(
@@ -189,7 +222,7 @@ def regions(
     analysis = _analysis(points, faces, normals, parameters, work, 0.9)
     work.part(0.9, 1.0, "Regions")
     values = analysis.regions
-    return _shown(values.astype(np.int32), salcore.region_colors(values))
+    return _shown(points, values.astype(np.int32), salcore.region_colors(values))
 
 
 def interest(
@@ -206,7 +239,7 @@ def interest(
     result = analysis.simplify(alpha=alpha, progress=work.portion(ANALYSIS_SHARE, 1.0))
     kept = np.zeros(len(result.source), dtype=bool)
     kept[result.indices] = True
-    return _shown(kept, np.where(kept[:, None], INTEREST_COLOR, OTHER_COLOR))
+    return _shown(points, kept, np.where(kept[:, None], INTEREST_COLOR, OTHER_COLOR))
 
 
 TASKS = {
@@ -214,11 +247,15 @@ TASKS = {
 }
 
 
-def _shown(values: NDArray[Any], rgb: Any) -> dict[str, Any]:
-    """Return values and opaque colours (n, 4)."""
+def _shown(points: Any, values: NDArray[Any], rgb: Any) -> dict[str, Any]:
+    """Return values, opaque colours (n, 4), and half the mean distance to the nearest point."""
     colors = np.ones((len(values), 4), dtype=np.float32)
     colors[:, :3] = rgb
-    return {"values": values, "colors": colors}
+    finite = points[np.isfinite(points).all(axis=1)]
+    distance = cKDTree(finite).query(finite, k=2)[0][:, 1]
+    distance = distance[np.isfinite(distance) & (distance > 0.0)]
+    radius = 0.5 * float(distance.mean()) if len(distance) else 0.0
+    return {"values": values, "colors": colors, "radius": radius}
 
 
 def _analysis(
@@ -247,15 +284,20 @@ def _drop_old(most: int) -> None:
         del _analyses[next(iter(_analyses))]
 
 
-def _find_seams(mesh: MeshArrays) -> NDArray[np.int64]:
-    """Return the edges that stay as lines; those of the last mesh are kept."""
-    arrays = (mesh.vertices, mesh.triangles, mesh.materials, mesh.marked_seams, *mesh.uv_maps)
-    key = _digest("", *arrays)
-    if key not in _seams:
-        found = topology.seams(mesh)
-        _seams.clear()
-        _seams[key] = found
-    return _seams[key]
+def _constraints(
+    analysis: Analysis, mesh: MeshArrays | None, *, keep_sharp: bool, **kept: bool
+) -> dict[str, Any]:
+    """Return what has to stay, as arguments of `Analysis.simplify`."""
+    if mesh is None or not len(mesh.first):
+        return {}
+    return {
+        "seams": topology.kept_lines(mesh, kept["keep_seams"], keep_sharp),
+        "corner_values": mesh.layers(analysis.geometry.corner_points is not None) or None,
+        "corner_normals": (
+            None if mesh.custom_normals is None else mesh.custom_normals[mesh.corners]
+        ),
+        **kept,
+    }
 
 
 def _digest(words: str, *arrays: Any) -> bytes:

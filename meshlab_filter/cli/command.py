@@ -13,23 +13,19 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-import pymeshlab
-from tqdm import tqdm
-
 import salcore
 from salcore.options import given_options
 
-from .. import bridge, filters
-from ..errors import FileError
+from ..errors import FileError, Warn, ignore
 from ..io import files
+from ..io.documents import Document, open_document
 from ..io.headers import PROJECT
-from ..io.projects import save_project
-from ..io.save import save_mesh
 from ..io.staging import write_text
 from ..io.supervise import FAILURE
+from ..parameters import Callback, check_not_empty, make_parameters
 from . import demo
 from .figures import format_errors, format_report
+from .indices import check_indices, write_indices
 from .options import MISTAKE, make_parser
 from .picture import Panel, check_picture, save_picture
 
@@ -49,7 +45,7 @@ def main(arguments: list[str] | None = None) -> int:
         sys.stdout.flush()
     except salcore.MemoryLimitError as error:
         return _fail(FAILURE, str(error))
-    except (salcore.SalcoreError, pymeshlab.PyMeshLabException) as error:
+    except salcore.SalcoreError as error:
         return _fail(MISTAKE, str(error))
     except BrokenPipeError:
         # The files are written, but nobody reads the figures. Python would complain at exit.
@@ -64,6 +60,8 @@ def main(arguments: list[str] | None = None) -> int:
         _say("interrupted: no partial file was left")
         return INTERRUPTED
     except Exception as error:
+        if type(error).__name__ == "PyMeshLabException":  # MeshLab may not have been loaded
+            return _fail(MISTAKE, str(error))
         last = traceback.extract_tb(error.__traceback__)[-1]
         where = f"{Path(last.filename).name}, line {last.lineno}"
         return _fail(FAILURE, f"a fault of this program, please report it: {error!r} in {where}")
@@ -77,11 +75,13 @@ def _fail(status: int, message: str) -> int:
 
 
 @contextmanager
-def _progress(quiet: bool) -> Iterator[filters.Callback | None]:
+def _progress(quiet: bool) -> Iterator[Callback | None]:
     """Show a progress bar with the stage's name, on a terminal only."""
     if quiet or not sys.stderr.isatty():
         yield None
         return
+    from tqdm import tqdm
+
     with tqdm(total=1.0, bar_format="{desc:16} {percentage:3.0f}% {bar}", leave=False) as bar:
 
         def show(stage: str, fraction: float) -> None:
@@ -92,21 +92,29 @@ def _progress(quiet: bool) -> Iterator[filters.Callback | None]:
         yield show
 
 
-def _open(options: argparse.Namespace) -> Any:
-    """Check the outputs, then load the input and choose the layer."""
+def _open(options: argparse.Namespace) -> Document:
+    """Check the outputs, then open the input."""
     picture, report = getattr(options, "picture", None), getattr(options, "report", None)
+    indices = getattr(options, "indices", None)
     if picture is not None:
         check_picture(picture)
+    if indices is not None:
+        check_indices(indices)
     files.check_format(options.output)
-    _check_outputs([options.output], [report, picture], options)
-    return _load(options.input, options.layer, options)
+    _check_outputs([options.output], [report, picture, indices], options)
+    return _open_input(options, [options.output])
 
 
-def _load(path: Path, layer: str | None, options: argparse.Namespace, of: str = "") -> Any:
-    """Load a file and choose the layer, which the option ``--{of}layer`` names."""
-    mesh_set = files.load(path, _warn(options))
-    files.choose_layer(mesh_set, layer, _warn(options), f"--{of}layer")
-    return mesh_set
+def _open_input(options: argparse.Namespace, outputs: list[Path]) -> Document:
+    """Open the input for writing to these outputs."""
+    document = open_document(
+        options.input, options.layer, _warn(options), outputs=outputs, columns=options.columns
+    )
+    as_points = getattr(options, "points", False) or getattr(options, "alpha", None) is not None
+    if document.arrays[1] is not None and not as_points:
+        for output in outputs:
+            files.check_holds_faces(output)
+    return document
 
 
 def _check_outputs(
@@ -132,57 +140,51 @@ def _check_report(path: Path, inputs: list[Path], *, force: bool) -> None:
         raise FileError(f"{path}: is an input; name another file")
 
 
-def _write(mesh_set: Any, output: Path, source: Any, options: argparse.Namespace) -> None:
-    """Write the current layer, which was made from the layer `source`, or the whole project."""
-    warn = _warn(options)
-    mesh = mesh_set.current_mesh()
-    if source.face_number():
-        # MeshLab weights a vertex normal by the angles of its faces and does not normalize it.
-        mesh_set.apply_normal_normalization_per_vertex()
-    if mesh is not source and mesh.face_number() and source.texture_number() > 1:
-        warn(
-            f"{output}: its {source.texture_number()} textures are left out, for only one can be "
-            "carried over; their coordinates stay"
-        )
-    origin = {"reference": source, "source": options.input}
-    if output.suffix.lower() == PROJECT:
-        save_project(mesh_set, output, force=options.force, **origin)
-        return
-    if not np.array_equal(mesh.transform_matrix(), np.eye(4)):
-        warn(
-            f"{output}: holds the layer's own coordinates, as MeshLab's export does; its matrix is "
-            "kept in a project only (.mlp)"
-        )
-    save_mesh(mesh_set, output, force=options.force, warn=warn, **origin)
-
-
 def _analyze(
-    mesh_set: Any, options: argparse.Namespace, progress: filters.Callback | None
+    document: Document, options: argparse.Namespace, progress: Callback | None
 ) -> salcore.Analysis:
-    """Analyse the current layer with the parameters of the command line."""
+    """Analyse a document with the parameters of the command line."""
     values = {"preset": options.preset} | given_options(options, salcore.TABLE)
-    arrays = bridge.read(mesh_set.current_mesh())
-    return salcore.analyze(*arrays, filters.make_parameters(**values), progress=progress)
+    return salcore.analyze(*document.arrays, make_parameters(**values), progress=progress)
 
 
 def _simplify(options: argparse.Namespace) -> None:
-    mesh_set = _open(options)
-    source = mesh_set.current_mesh()
+    document = _open(options)
     target = given_options(options, salcore.TARGETS)
-    constraints = _constraints(source, options)
+    constraints = _constraints(document, options)
     with _progress(options.quiet) as progress:
-        analysis = _analyze(mesh_set, options, progress)
+        analysis = _analyze(document, options, progress)
         result = analysis.simplify(progress=progress, **target, **constraints)
-        filters.check_not_empty(result)
-        result.measure(progress)
-    name = f"{source.label()} simplified"
-    bridge.add_simplified(mesh_set, source, result, name, with_faces=not options.points)
-    _write(mesh_set, options.output, source, options)
-    report = result.report.as_dict()
+        check_not_empty(result)
+        if not options.no_errors:
+            result.measure(progress)
+    _write(document, analysis, result, options.output, options)
+    if options.indices is not None:
+        write_indices(options.indices, result)
+    report = result.make_report(errors=not options.no_errors).as_dict()
     if options.report is not None:
         write_text(options.report, json.dumps(report, indent=2))
     if not options.quiet:
         print(format_report(report))
+
+
+def _write(
+    document: Document,
+    analysis: salcore.Analysis,
+    result: salcore.Simplification,
+    output: Path,
+    options: argparse.Namespace,
+) -> None:
+    """Write what a simplification keeps, and say what it gave up."""
+    document.write_simplified(
+        result,
+        output,
+        normals=analysis.normals,
+        with_faces=not options.points,
+        force=options.force,
+    )
+    for note in result.notes:
+        _warn(options)(f"{output}: {note}")
 
 
 def _lods(options: argparse.Namespace) -> None:
@@ -200,61 +202,67 @@ def _lods(options: argparse.Namespace) -> None:
         files.check_format(output)
         if output.suffix.lower() == PROJECT:
             raise salcore.ParameterError(f"{output}: levels are mesh files; name a mesh format")
-    mesh_set = _load(options.input, options.layer, options)
-    source = mesh_set.current_mesh()
-    constraints = _constraints(source, options)
+    document = _open_input(options, outputs)
+    constraints = _constraints(document, options)
     with _progress(options.quiet) as progress:
-        analysis = _analyze(mesh_set, options, progress)
+        analysis = _analyze(document, options, progress)
         levels = [
             analysis.simplify(ratio=ratio, progress=progress, **constraints)
             for ratio in options.ratios
         ]
     for output, result in zip(outputs, levels, strict=True):
-        bridge.add_simplified(mesh_set, source, result, output.stem, with_faces=not options.points)
-        _write(mesh_set, output, source, options)
+        _write(document, analysis, result, output, options)
         if not options.quiet:
             faces = "" if result.faces is None else f", {len(result.faces):,} faces"
             print(f"  {output.name}: {len(result.indices):,} points{faces}")
 
 
-def _constraints(mesh: Any, options: argparse.Namespace) -> dict[str, Any]:
-    """Return the constraints on a simplification: selected points, and seams of the texture."""
-    textured = not (options.points or options.free_seams)
+def _constraints(document: Document, options: argparse.Namespace) -> dict[str, Any]:
+    """Return the constraints on a simplification: selected points, and what makes seams."""
+    layers = {} if options.points else document.corner_layers()
     return {
-        "protect": mesh.vertex_selection_array() if options.protect_selected else None,
-        "seams": bridge.read_seams(mesh) if textured else None,
+        "protect": document.selected if options.protect_selected else None,
+        "keep_seams": not options.free_seams,
+        "keep_border": options.keep_border,
+        "keep_topology": options.keep_topology,
+        **layers,
     }
 
 
 def _saliency(options: argparse.Namespace) -> None:
-    mesh_set, analysis = _open_and_analyze(options)
-    colors = salcore.saliency_colors(analysis.saliency)
-    bridge.set_scalar(mesh_set, analysis.saliency, "saliency")
-    _write_map(mesh_set, options, analysis, "saliency", colors)
+    document, analysis = _open_and_analyze(options)
+    values = analysis.saliency
+    shown = (values, "saliency", salcore.saliency_colors(values))
+    _write_map(document, options, analysis, "saliency", *shown)
 
 
 def _regions(options: argparse.Namespace) -> None:
-    mesh_set, analysis = _open_and_analyze(options)
-    colors = salcore.region_colors(analysis.regions)
-    bridge.set_scalar(mesh_set, analysis.regions, "region")
-    _write_map(mesh_set, options, analysis, f"{analysis.segmentation.count:,} regions", colors)
+    document, analysis = _open_and_analyze(options)
+    values = analysis.regions
+    shown = (values, "region", salcore.region_colors(values))
+    _write_map(document, options, analysis, f"{analysis.segmentation.count:,} regions", *shown)
 
 
-def _open_and_analyze(options: argparse.Namespace) -> tuple[Any, salcore.Analysis]:
-    """Return the layers of the input, and the analysis of the current one."""
-    mesh_set = _open(options)
+def _open_and_analyze(options: argparse.Namespace) -> tuple[Document, salcore.Analysis]:
+    """Return the input and its analysis."""
+    document = _open(options)
     with _progress(options.quiet) as progress:
-        return mesh_set, _analyze(mesh_set, options, progress)
+        return document, _analyze(document, options, progress)
 
 
 def _write_map(
-    mesh_set: Any, options: argparse.Namespace, analysis: salcore.Analysis, title: str, colors: Any
+    document: Document,
+    options: argparse.Namespace,
+    analysis: salcore.Analysis,
+    title: str,
+    values: Any,
+    name: str,
+    colors: Any,
 ) -> None:
-    """Write the current layer in these colours, and draw the picture if one is asked for."""
-    bridge.set_colors(mesh_set, colors)
-    _write(mesh_set, options.output, mesh_set.current_mesh(), options)
+    """Write the input in these colours, and draw the picture if one is asked for."""
+    document.write_map(values, name, colors, options.output, force=options.force)
     if options.picture is not None:
-        points, faces, _ = bridge.read(mesh_set.current_mesh())
+        points, faces, _ = document.arrays
         shape = (points, faces, analysis.normals)
         panels = [Panel(options.input.name, *shape), Panel(title, *shape, colors)]
         save_picture(options.picture, [panels], up=options.up)
@@ -266,9 +274,9 @@ def _compare(options: argparse.Namespace) -> None:
         _check_report(options.report, inputs, force=options.force)
     surfaces = []
     for of in ("original", "simplified"):
-        layer = getattr(options, f"{of}_layer")
-        mesh_set = _load(getattr(options, of), layer, options, f"{of}-")
-        surfaces.append(bridge.read_surface(mesh_set.current_mesh()))
+        path, layer = getattr(options, of), getattr(options, f"{of}_layer")
+        document = open_document(path, layer, _warn(options), option=f"--{of}-layer")
+        surfaces.append(document.surface())
     with _progress(options.quiet) as progress:
         errors = salcore.compare(*surfaces, progress=progress).as_dict()
     if options.report is not None:
@@ -291,9 +299,9 @@ def _say(message: str) -> None:
     print(f"salient-simplify: {line}", file=sys.stderr)
 
 
-def _warn(options: argparse.Namespace) -> files.Warn:
+def _warn(options: argparse.Namespace) -> Warn:
     """Return the function that takes warnings."""
-    return files.ignore if options.quiet else _say
+    return ignore if options.quiet else _say
 
 
 _COMMANDS: dict[str, Callable[[argparse.Namespace], None]] = {

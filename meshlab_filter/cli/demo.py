@@ -42,7 +42,11 @@ def panels(
     return [
         Panel(f"{name}: {report.points_before:,} points", *shape),
         Panel("saliency", *shape, salient),
-        Panel(f"{report.regions:,} regions", *shape, salcore.region_colors(analysis.regions)),
+        Panel(
+            f"{analysis.segmentation.count:,} regions",
+            *shape,
+            salcore.region_colors(analysis.regions),
+        ),
         Panel(
             f"kept: {report.points_after:,} points ({1 - report.rate:.0%})",
             *shape,

@@ -13,7 +13,7 @@ def format_report(report: dict[str, Any]) -> str:
         f"({report['rate']:.1%} less)",
         *[f"  faces    {report['faces_before']:,} -> {report['faces_after']:,}"]
         * bool(report["faces_after"]),
-        format_errors(report["errors"]),
+        *([format_errors(report["errors"])] if report["errors"] is not None else []),
         f"  seconds  {report['seconds_analysis']:.2f} analysis, "
         f"{report['seconds_selection']:.2f} selection",
     ]

@@ -50,6 +50,15 @@ def make_parser(runs: Mapping[str, Callable[[argparse.Namespace], None]]) -> Par
     for row in salcore.TARGETS:
         add_option(choice, row)
     _add_simplification(simplify)
+    simplify.add_argument(
+        "--indices",
+        type=Path,
+        metavar="FILE",
+        help="write the kept indices, and what stands for each point, as .npz or .csv",
+    )
+    simplify.add_argument(
+        "--no-errors", action="store_true", help="measure no errors, which takes longest"
+    )
     _add_report(simplify)
 
     lods = command("lods", "write levels of detail of a file")
@@ -86,6 +95,12 @@ def _add_files(command: argparse.ArgumentParser) -> None:
     command.add_argument("input", type=Path, help="mesh file, or MeshLab project (.mlp)")
     command.add_argument("output", type=Path, help="file to write, of any format MeshLab writes")
     command.add_argument("--layer", metavar="NAME", help="layer of a project, by name or number")
+    command.add_argument(
+        "--columns",
+        metavar="NAMES",
+        help="columns of a text file, such as x,y,z,r,g,b,intensity; _ leaves one out "
+        "(default: recognized)",
+    )
     command.add_argument("--quiet", action="store_true", help="show nothing but errors")
     command.add_argument("--force", action="store_true", help="overwrite an existing output")
     command.add_argument("--preset", choices=salcore.PRESETS, default="default")
@@ -102,7 +117,21 @@ def _add_simplification(command: argparse.ArgumentParser) -> None:
         "--protect-selected", action="store_true", help="keep all points selected in the file"
     )
     command.add_argument(
-        "--free-seams", action="store_true", help="let faces reach across seams of the texture"
+        "--no-seams",
+        "--free-seams",
+        dest="free_seams",
+        action="store_true",
+        help="let faces reach across seams of texture, normals, colours and materials",
+    )
+    command.add_argument(
+        "--keep-border",
+        action="store_true",
+        help="points on open borders neither move nor go, so that tiles still meet",
+    )
+    command.add_argument(
+        "--keep-topology",
+        action="store_true",
+        help="no part, hole or handle goes; stops at the fewest points with which that is so",
     )
 
 

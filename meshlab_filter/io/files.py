@@ -4,22 +4,33 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-import pymeshlab
-
-from ..errors import FileError
-from . import pymeshlab_io
+from ..errors import FileError, Warn, ignore
+from . import formats
 from .headers import PROJECT, check_complete, declared_vertices, unread_properties
 
-Warn = Callable[[str], None]
 
+def check_input(path: Path) -> None:
+    """Refuse a path that is no readable, whole file.
 
-def ignore(message: str) -> None:
-    """Ignore a warning."""
+    Raises
+    ------
+    FileError
+    """
+    if not os.path.lexists(path):
+        raise FileError(f"{path}: no such file")
+    if path.is_symlink() and not path.exists():
+        raise FileError(f"{path}: is a link that leads nowhere")
+    if path.is_dir():
+        raise FileError(f"{path}: is a folder; name a mesh file or a MeshLab project")
+    if not path.is_file():
+        raise FileError(f"{path}: is no regular file; name a mesh file or a MeshLab project")
+    if not os.access(path, os.R_OK):
+        raise FileError(f"{path}: cannot be read; check its permissions")
+    _check_name(path)
+    check_complete(path)
 
 
 def load(path: Path, warn: Warn = ignore) -> Any:
@@ -36,18 +47,9 @@ def load(path: Path, warn: Warn = ignore) -> Any:
     FileError
         If the file is missing, a folder, unreadable, truncated or not understood.
     """
-    if not os.path.lexists(path):
-        raise FileError(f"{path}: no such file")
-    if path.is_symlink() and not path.exists():
-        raise FileError(f"{path}: is a link that leads nowhere")
-    if path.is_dir():
-        raise FileError(f"{path}: is a folder; name a mesh file or a MeshLab project")
-    if not path.is_file():
-        raise FileError(f"{path}: is no regular file; name a mesh file or a MeshLab project")
-    if not os.access(path, os.R_OK):
-        raise FileError(f"{path}: cannot be read; check its permissions")
-    _check_name(path)
-    check_complete(path)
+    check_input(path)
+    from . import pymeshlab_io
+
     mesh_set = pymeshlab_io.load(path)
     read = mesh_set.current_mesh().vertex_number()
     if mesh_set.mesh_number() == 1 and not read:
@@ -114,21 +116,6 @@ def check_output(path: Path, inputs: list[Path], *, force: bool) -> None:
     _check_name(path)
 
 
-def check_format(path: Path) -> None:
-    """Refuse an output in a format that MeshLab does not write; called before any work is done."""
-    ending = path.suffix.lower()
-    if ending == PROJECT:
-        return
-    # The options of a writer can be asked for by its ending, as those of a filter by its name.
-    mesh_set = pymeshlab.MeshSet(verbose=False)
-    mesh_set.add_mesh(pymeshlab.Mesh(np.zeros((1, 3))))
-    try:
-        mesh_set.filter_parameter_values(ending.removeprefix("."))
-    except pymeshlab.PyMeshLabException as error:
-        what = f"MeshLab does not write {ending} files" if ending else "the name has no ending"
-        raise FileError(f"{path}: {what}; choose a format such as .ply or .obj") from error
-
-
 def _check_name(path: Path) -> None:
     """Refuse a name that is not valid UTF-8, which MeshLab cannot open."""
     try:
@@ -137,3 +124,35 @@ def _check_name(path: Path) -> None:
         raise FileError(
             f"{str(path)!r}: the name is no valid UTF-8, which MeshLab needs; rename it"
         ) from error
+
+
+def check_format(path: Path) -> None:
+    """Refuse an output in a format that is not written; called before any work is done.
+
+    Raises
+    ------
+    FileError
+    """
+    ending = path.suffix.lower()
+    if ending == PROJECT or formats.writer(path) is not None:
+        return
+    from . import pymeshlab_io
+
+    if not pymeshlab_io.writes(ending):
+        what = f"MeshLab does not write {ending} files" if ending else "the name has no ending"
+        raise FileError(f"{path}: {what}; choose a format such as .ply or .obj")
+
+
+def check_holds_faces(path: Path) -> None:
+    """Refuse an output for a mesh in a format that holds points alone.
+
+    Raises
+    ------
+    FileError
+    """
+    module = formats.writer(path)
+    if module is not None and not module.FACES:
+        raise FileError(
+            f"{path}: {path.suffix} files hold points alone; choose --points, or a format with "
+            "faces, such as .ply"
+        )

@@ -12,10 +12,10 @@ from ..errors import FileError
 
 PROJECT = ".mlp"
 _READ = {
-    "x", "y", "z", "nx", "ny", "nz", "quality", "confidence", "intensity", "flags", "s", "t", "u",
+    "x", "y", "z", "nx", "ny", "nz", "quality", "flags", "s", "t", "u",
     "v", "texture_u", "texture_v", "texcoord", "texnumber", "vertex_index", "vertex_indices",
 }  # fmt: skip
-"""Properties of PLY files that MeshLab reads, whatever their type; colours must be bytes."""
+"""Properties of PLY files that MeshLab reads as what they are; colours must be bytes."""
 _COLORS = {
     prefix + name for prefix in ("", "diffuse_") for name in ("red", "green", "blue", "alpha")
 }

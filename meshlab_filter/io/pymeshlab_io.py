@@ -9,6 +9,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pymeshlab
 
 from ..errors import FileError
@@ -96,6 +97,18 @@ def save_project(mesh_set: Any, path: Path, shown_as: Path) -> None:
     _check_space(path, shown_as)
     if not path.is_file():
         raise OSError(f"{shown_as}: could not be written")
+
+
+def writes(ending: str) -> bool:
+    """Return whether MeshLab writes files of an ending such as ``.obj``."""
+    # The options of a writer can be asked for by its ending, as those of a filter by its name.
+    mesh_set = pymeshlab.MeshSet(verbose=False)
+    mesh_set.add_mesh(pymeshlab.Mesh(np.zeros((1, 3))))
+    try:
+        mesh_set.filter_parameter_values(ending.removeprefix("."))
+    except pymeshlab.PyMeshLabException:
+        return False
+    return True
 
 
 @contextmanager

@@ -9,9 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from .. import bridge
-from ..errors import FileError
+from ..errors import FileError, Warn, ignore
 from . import pymeshlab_io
-from .files import Warn, ignore
 from .headers import layer_folder
 from .staging import publish, staging
 from .verify import check_written

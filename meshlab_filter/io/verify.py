@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import FileError
+from ..errors import FileError, Warn
 from . import pymeshlab_io
-from .files import Warn
 
 LOSSLESS = {".ply"}
 """Formats that hold all that MeshLab does, and whose writers report a full disk."""

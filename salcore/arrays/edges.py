@@ -70,6 +70,39 @@ def find_edges(faces: Integers, count: int) -> Edges:
     return Edges(low.astype(np.int32), high.astype(np.int32), uses, sides, forward.ravel())
 
 
+def pairs_at_edges(
+    faces: Integers, chosen: Indices, count: int
+) -> tuple[Edges, Indices, Indices, Indices]:
+    """Return the edges of some faces, and the pairs of these at an edge, in O(c log c).
+
+    Parameters
+    ----------
+    faces : (m, 3) int
+    chosen : (c,) intp
+        Which of them.
+    count : int
+        Vertices.
+
+    Returns
+    -------
+    edges : Edges
+        Of the chosen faces.
+    edge : (p,) intp
+        Edge of each pair; k faces at an edge make k - 1.
+    low, high : (2, p) intp
+        Corners of both faces at the ends of their edge: corner c of face f is ``3 f + c``.
+    """
+    edges = find_edges(faces[chosen], count)
+    corner, place = np.divmod(edges.sides, max(len(chosen), 1))
+    face = chosen[place]
+    start, end = 3 * face + corner, 3 * face + (corner + 1) % 3
+    low, high = np.where(edges.forward[edges.sides], (start, end), (end, start))
+    edge = np.repeat(np.arange(len(edges.uses)), edges.uses)
+    pair = np.flatnonzero(edge[1:] == edge[:-1])
+    sides = np.stack([pair, pair + 1])
+    return edges, edge[pair], low[sides], high[sides]
+
+
 def sort_rows(corners: Integers, count: int) -> tuple[Indices, Mask]:
     """Sort rows of three vertex numbers below `count`.
 

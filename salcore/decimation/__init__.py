@@ -3,6 +3,8 @@
 
 surface             the triangles that are simplified: a mesh's faces, a cloud's stars
 quadrics            sums of squared distances to planes
+weights             what a removal costs beside: saliency, importance, values
+attribute_costs     differences of colours and other values of points
 costs               what a collapse costs
 half_edges          the edges that are left, both ways, with their costs
 one_rings           the faces and edges round the vertices that a round removes
@@ -10,5 +12,10 @@ legality            which collapses a surface can bear
 order               the rounds of collapses: rank, parent and error of every vertex
 cut                 what a count keeps, and what stands for the rest
 targets             what a caller asks for, as a count
+wedge_collapses     where the values of corners go
+refine, flips       edges of a cut are flipped to where its original lies
+samples             the original as samples, and the face of a cut that each is nearest to
+kept_points         the kept vertices in the input's own numbers
+normal_transfer     the original's normals for a light mesh
 attribute_transfer  where corners and edges of the result take their values from
 """

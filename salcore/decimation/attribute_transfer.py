@@ -13,12 +13,12 @@ from scipy.spatial import cKDTree
 
 from ..arrays.blocks import worker_count
 from ..arrays.edges import edge_key
-from ..arrays.types import Floats, Indices, Keys
+from ..arrays.types import Floats, Indices, Integers, Keys
 from ..arrays.vectors import dot
 
 
 def corner_sources(
-    corners: Indices, wanted: Indices, face_source: Indices, charts: Floats | None
+    corners: Indices, wanted: Indices, origin: Integers, charts: Floats | None
 ) -> Keys:
     """Return the corner (K, 3) of the input that each new corner takes its values from.
 
@@ -32,8 +32,8 @@ def corner_sources(
         Vertices, or wedges, of the input's faces.
     wanted : (K, 3) int
         Those of the new faces.
-    face_source : (K,) intp
-        Input face that each comes from, corner by corner.
+    origin : (K, 3) int
+        Input corner that each new one comes from.
     charts : (F, 3, d) float64 or None
         Texture coordinates of the input's corners, or other values that tell charts apart; without
         them the first corner does.
@@ -43,8 +43,8 @@ def corner_sources(
     (K, 3) int64
         Corner c of face f is ``3 f + c``.
     """
-    own: Keys = 3 * face_source[:, None].astype(np.int64) + np.arange(3)
-    moved = corners[face_source] != wanted
+    own: Keys = origin.astype(np.int64)  # a copy
+    moved = corners.ravel()[own] != wanted
     if not moved.any():
         return own
     if charts is None:

@@ -10,6 +10,7 @@ import numpy as np
 from ..arrays.blocks import run_blocks
 from ..arrays.types import Floats, Indices, Integers, Ints, Mask
 from ..arrays.vectors import sum_by_label
+from .attribute_costs import AttributeCosts
 from .quadrics import monomials, point_quadrics
 
 COST_BLOCK = 1 << 15
@@ -39,6 +40,9 @@ class Weights:
         Vertices that go last of all.
     border : float
         Weight of border planes.
+    values : (n, d) float64 or None
+        Values of the vertices, such as colours, in units of length: how far from the surface a
+        point of other values seems to lie.
     """
 
     factor: Floats
@@ -46,6 +50,7 @@ class Weights:
     guessed_surface: Mask
     protected: Mask
     border: float
+    values: Floats | None = None
 
 
 @dataclass(eq=False)
@@ -65,6 +70,8 @@ class Costs:
         Error of the quadric at the vertex itself.
     factor : (n,) float64
     protected : (n,) bool
+    attributes : AttributeCosts or None
+        Of values that count beside the distances.
     """
 
     points: Floats
@@ -74,6 +81,7 @@ class Costs:
     self_error: Floats
     factor: Floats
     protected: Mask
+    attributes: AttributeCosts | None = None
 
     @classmethod
     def of_vertices(
@@ -91,14 +99,17 @@ class Costs:
                 quadric[start:stop] += point_quadrics(here, spread)
 
         run_blocks(fill, len(points))
+        area = np.maximum(area, LEAST_AREA * mean_area)
+        values = weights.values
         return cls(
             points,
             products,
             quadric,
-            area=np.maximum(area, LEAST_AREA * mean_area),
+            area=area,
             self_error=np.zeros(len(points)),
             factor=weights.factor,
             protected=weights.protected,
+            attributes=None if values is None else AttributeCosts.of_points(values, area),
         )
 
     def evaluate(self, source: Ints, target: Ints) -> Floats:
@@ -113,7 +124,10 @@ class Costs:
             i, j = source[start:stop].astype(np.intp), target[start:stop].astype(np.intp)
             quadric = self.quadric.take(i, axis=0)
             error = np.einsum("ek,ek->e", quadric, self.monomials.take(j, axis=0))
-            cost = np.maximum(error + self.self_error.take(j), 0.0) * self.factor.take(i)
+            error += self.self_error.take(j)
+            if self.attributes is not None:
+                error += self.attributes.evaluate(i, j)
+            cost = np.maximum(error, 0.0) * self.factor.take(i)
             cost /= np.sqrt(self.area.take(i))
             cost[self.protected.take(i)] = np.inf
             result[start:stop] = cost
@@ -133,6 +147,9 @@ class Costs:
         error = np.einsum(
             "nk,nk->n", self.quadric.take(changed, axis=0), self.monomials.take(changed, axis=0)
         )
+        if self.attributes is not None:
+            self.attributes.merge(removed, changed, place)
+            error += self.attributes.evaluate(changed, changed)
         self.self_error[changed] = error.clip(min=0.0)
         return changed
 
@@ -150,3 +167,5 @@ class Costs:
         self.self_error = self.self_error.take(alive)
         self.factor = self.factor.take(alive)
         self.protected = self.protected.take(alive)
+        if self.attributes is not None:
+            self.attributes.compact(alive)

@@ -18,6 +18,7 @@ from ..arrays.vectors import face_normals, sum_by_label
 from ..input.constraints import Constraints
 from ..input.geometry import Geometry
 from .attribute_transfer import corner_sources
+from .kept_points import first_points
 from .legality import turned_over
 from .order import Elimination
 from .quadrics import minimizers, vertex_quadrics
@@ -75,13 +76,23 @@ def cut_faces(faces: Indices, source: Indices) -> tuple[Indices, Indices]:
     return corners, left
 
 
+def wedges_of_cut(
+    elimination: Elimination, constraints: Constraints, count: int, origin: Indices
+) -> Indices | None:
+    """Return the wedges (k, 3) of the corners of a cut, by those they come from, or None."""
+    wedges, parent = constraints.wedges, elimination.wedge_parent
+    if wedges is None or parent is None:
+        return None
+    last = last_wedges(wedges, parent, elimination.rank < count)
+    return last[wedges.corners.ravel()[origin]]
+
+
 def corners_of_cut(
     geometry: Geometry,
     elimination: Elimination,
     constraints: Constraints,
     count: int,
-    faces: Indices,
-    left: Indices,
+    origin: Indices,
 ) -> tuple[Indices | None, Indices | None]:
     """Return where the corners of a cut take their values from, and the heirs of split points.
 
@@ -92,10 +103,8 @@ def corners_of_cut(
     constraints : Constraints
     count : int
         Ranks that are kept.
-    faces : (k, 3) intp
-        Faces of the cut, over vertices.
-    left : (k,) intp
-        Clean face that each comes from.
+    origin : (k, 3) intp
+        Corner of the clean faces that each corner comes from.
 
     Returns
     -------
@@ -114,7 +123,7 @@ def corners_of_cut(
     if layers:
         rows = [wedges.values[wedges.corners.ravel()], *(layer.scaled() for layer in layers)]
         charts = np.hstack(rows).reshape(len(geometry.faces), 3, -1)
-    corners = corner_sources(wedges.corners, last[wedges.corners[left]], left, charts)
+    corners = corner_sources(wedges.corners, last[wedges.corners.ravel()[origin]], origin, charts)
     heirs = np.full(geometry.input_count, -1, dtype=np.intp)
     if geometry.corner_points is not None:
         point = np.empty(len(last), dtype=np.intp)
@@ -201,8 +210,9 @@ class Ranking:
     ----------
     rank : (N,) int64
         The points of rank below a count are those that this count keeps. A permutation, but for
-        parts of a mesh that go whole: their points share the highest of their ranks. Points equal
-        to another come after all distinct ones, points that are not finite last.
+        parts of a mesh that go whole: their points share the highest of their ranks. Points that
+        equal another come after all distinct ones, first those that no face uses; points that are
+        not finite last. Protected points come first.
     parent : (N,) int64
         Point of lower rank that each goes into; -1 for rank 0.
     generations : int
@@ -217,21 +227,38 @@ class Ranking:
     least: int = 1
 
 
-def input_ranking(geometry: Geometry, elimination: Elimination, least: int = 1) -> Ranking:
+def input_ranking(
+    geometry: Geometry, elimination: Elimination, constraints: Constraints
+) -> Ranking:
     """Return the order of elimination over input points, in O(N log N)."""
-    vertex_of, input_of = geometry.vertex_of, geometry.input_of
+    vertex_of, protected = geometry.vertex_of, constraints.protected_points
+    standing = first_points(geometry, protected)
     finite = vertex_of >= 0
-    first = np.zeros(len(vertex_of), dtype=bool)
-    first[input_of] = True
-    others = np.concatenate([np.flatnonzero(finite & ~first), np.flatnonzero(~finite)])
-    rank = np.empty(len(vertex_of), dtype=np.int64)
-    rank[input_of] = elimination.rank
-    rank[others] = np.arange(len(input_of), len(rank))
-    root = np.flatnonzero(rank == 0)
+    others = finite.copy()
+    others[standing] = False
+    first = np.zeros(len(finite), dtype=bool)
+    if protected is not None:
+        first = others & protected & geometry.loose
+    held = np.count_nonzero(constraints.staying)
+    copies = np.count_nonzero(first)
+    last = [
+        np.flatnonzero(others & ~first & geometry.loose),
+        np.flatnonzero(others & ~first & ~geometry.loose),
+        np.flatnonzero(~finite),
+    ]
+    rank = np.empty(len(finite), dtype=np.int64)
+    rank[standing] = elimination.rank + np.where(elimination.rank < held, 0, copies)
+    rank[first] = held + np.arange(copies)
+    rank[np.concatenate(last)] = np.arange(len(standing) + copies, len(rank))
+    root = np.flatnonzero(rank == 0)[:1]
     parent = np.full(len(rank), root[0] if len(root) else 0, dtype=np.int64)
-    parent[finite] = input_of[vertex_of[finite]]
-    parent[input_of] = input_of[elimination.parent]
+    parent[finite] = standing[vertex_of[finite]]
+    parent[standing] = standing[elimination.parent]
     parent[root] = root
     generations = _last_ancestors(parent)[1]
     parent[root] = -1
+    least = max(held, 1)
+    if constraints.keep_topology:
+        least = max(least, elimination.topology_count)
+    least += constraints.protected_copies
     return Ranking(rank, parent, generations, least)

@@ -18,6 +18,13 @@ from .geometry import Geometry
 from .layers import Layer, arrays_of, read_layers
 from .wedges import Wedges, build_wedges
 
+WANTED = {
+    "protect": "one value a point",
+    "importance": "one value a point",
+    "point_values": "values of points as an array of shape (N, d)",
+    "seams": "pairs of points as an array of integers of shape (rows, 2)",
+}
+"""What arguments should be, for messages."""
 MAX_IMPORTANCE = 1e100
 """Largest importance: its products with all other weights stay far from the largest double."""
 
@@ -43,6 +50,8 @@ class Constraints:
         Vertices on the border of the faces, if they are to stay as they are.
     keep_topology : bool
         Whether nothing may go that makes, joins or closes parts, holes and handles.
+    values : (n, d) float64 or None
+        Values of the vertices that the order looks at, as shares of their largest range.
     """
 
     protect: Mask
@@ -54,6 +63,7 @@ class Constraints:
     protected_copies: int = 0
     border: Mask | None = None
     keep_topology: bool = False
+    values: Floats | None = None
 
     @classmethod
     def check(
@@ -67,6 +77,7 @@ class Constraints:
         keep_seams: bool = True,
         keep_border: bool = False,
         keep_topology: bool = False,
+        point_values: ArrayLike | None = None,
     ) -> Constraints:
         """Translate constraints on input points into ones on vertices.
 
@@ -84,19 +95,39 @@ class Constraints:
         layers = read_layers(geometry, corner_values, corner_normals, points)
         wedges = build_wedges(geometry, layers)
         lines = _edges(geometry, seams)
-        if wedges is not None:
+        if wedges is not None and keep_seams:
             lines = np.concatenate([lines, wedges.seams])
-        if not keep_seams:
-            lines = lines[:0]
         border = border_vertices(geometry) if keep_border else None
         return cls(
-            protected, important, lines, points, layers, wedges, copies, border, bool(keep_topology)
+            protected,
+            important,
+            lines,
+            points,
+            layers,
+            wedges,
+            copies,
+            border,
+            bool(keep_topology),
+            _values(geometry, point_values),
         )
 
     @property
     def least_count(self) -> int:
-        """Number of points that are protected; equal ones count once on a mesh."""
+        """Number of points that are protected; equal ones that faces use count once."""
         return int(self.protect.sum()) + self.protected_copies
+
+    @property
+    def notes(self) -> list[str]:
+        """What is not kept that might be expected."""
+        if self.wedges is None:
+            return []
+        crowded = [k for k in self.wedges.without_seams if self.layers[k].given]
+        if not crowded:
+            return []
+        return [
+            f"{len(crowded)} of {len(self.layers)} layers of corner values differ along most "
+            "edges, as in flat shading: their seams are not kept as lines"
+        ]
 
     @property
     def staying(self) -> Mask:
@@ -127,7 +158,7 @@ def fingerprint(**given: ArrayLike | Sequence[ArrayLike] | bool | None) -> bytes
     digest = hashlib.blake2b(digest_size=16)
     for name, value in given.items():
         for part in arrays_of(value):
-            array = np.ascontiguousarray(as_array(part, name, "an array of numbers"))
+            array = np.ascontiguousarray(as_array(part, name, WANTED.get(name, "an array")))
             digest.update(f"{name} {array.dtype} {array.shape}".encode())
             digest.update(array.data if array.size else b"")
     return digest.digest()
@@ -138,7 +169,7 @@ def _of_vertices(geometry: Geometry, values: ArrayLike | None, name: str, larges
     result = np.zeros(len(geometry.points))
     if values is None:
         return result
-    array = real_numbers(values, name, "one value a point")
+    array = real_numbers(values, name, WANTED[name])
     if array.shape != (geometry.input_count,):
         raise GeometryError(
             f"{name} of shape {array.shape}: give one value for each of the "
@@ -154,6 +185,26 @@ def _of_vertices(geometry: Geometry, values: ArrayLike | None, name: str, larges
     valid = geometry.vertex_of >= 0
     np.maximum.at(result, geometry.vertex_of[valid], array[valid])
     return result
+
+
+def _values(geometry: Geometry, values: ArrayLike | None) -> Floats | None:
+    """Return values (n, d) of vertices as shares of the largest range of a column, or None."""
+    if values is None:
+        return None
+    array = real_numbers(values, "point_values", WANTED["point_values"])
+    if array.ndim not in (1, 2) or len(array) != geometry.input_count:
+        raise GeometryError(
+            f"point_values of shape {array.shape}: give a row for each of the "
+            f"{geometry.input_count} points"
+        )
+    rows = array.reshape(len(array), -1)[geometry.input_of]
+    rows = np.where(np.isfinite(rows), rows, 0.0)
+    if not rows.size:
+        return None
+    # Halves first: the range of the largest doubles is infinite.
+    rows = 0.5 * rows - 0.5 * rows.min(axis=0)
+    largest = rows.max()
+    return rows / largest if largest > 0.0 else None
 
 
 def _edges(geometry: Geometry, seams: ArrayLike | None) -> Ints:

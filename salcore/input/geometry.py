@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import cKDTree
 
 from ..arrays.blocks import run_blocks
@@ -104,6 +104,11 @@ class Geometry:
         standing[self.input_of] = True
         others = (self.vertex_of >= 0) & self.loose & ~standing
         return len(self.points) + int(np.count_nonzero(others))
+
+    def input_corners(self, corners: Integers) -> NDArray[np.int64]:
+        """Return the corners of the input's faces that corners of the clean ones are."""
+        face, corner = np.divmod(corners, 3)
+        return 3 * self.face_of[face].astype(np.int64) + corner
 
     @property
     def face_count(self) -> int:

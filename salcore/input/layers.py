@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -44,6 +45,13 @@ class Layer:
         """The values (3 m, d) of all corners, face by face."""
         return self.values.reshape(-1, self.values.shape[2])
 
+    @cached_property
+    def ranges(self) -> Floats:
+        """The range (d,) of each column."""
+        if not len(self.values):
+            return np.zeros(self.values.shape[2])
+        return np.array([np.ptp(column) for column in self.flat.T])
+
     @property
     def is_texture(self) -> bool:
         """Whether charts may be mirrored: the values are of two dimensions."""
@@ -55,8 +63,10 @@ class Layer:
         if self.normals:
             lengths = np.sqrt(dot(first, first) * dot(second, second))
             return np.asarray(dot(first, second) < SAME_NORMAL * lengths)
-        near = NEAR * np.ptp(self.flat, axis=0)
-        return np.asarray((np.abs(first - second) > near).any(axis=1))
+        result = np.zeros(len(first), dtype=bool)
+        for k, span in enumerate(self.ranges):  # by columns, which numpy does five times as fast
+            result |= np.abs(first[:, k] - second[:, k]) > NEAR * span
+        return result
 
     def mirrored(self, low: Indices, high: Indices) -> Mask:
         """Return the pairs of faces (p,) whose charts lie on the same side of their common edge.
@@ -74,10 +84,25 @@ class Layer:
             side[k] = along[:, 0] * across[:, 1] - along[:, 1] * across[:, 0]
         return np.asarray(side[0] * side[1] > 0.0)
 
-    def scaled(self) -> Floats:
-        """Return the values (3 m, d) as shares of the largest range."""
-        largest = float(np.ptp(self.flat, axis=0).max(initial=0.0))
-        return self.flat / max(largest, np.finfo(np.float64).tiny)
+    def divided(self, faces: Indices, count: int) -> Mask:
+        """Return the vertices (n,) where corners differ, or faces with mirrored ones meet."""
+        flat = faces.ravel()
+        some = np.zeros(count, dtype=np.intp)
+        some[flat] = np.arange(len(flat))
+        result = np.zeros(count, dtype=bool)
+        result[flat[self.differ(np.arange(len(flat)), some[flat])]] = True
+        if self.is_texture:
+            a, b, c = self.values.transpose(1, 2, 0)
+            turn = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+            minority = turn < 0.0 if np.count_nonzero(turn < 0.0) < 0.5 * len(turn) else turn > 0.0
+            result[faces[minority]] = True
+        return result
+
+    def scaled(self, corners: Indices | None = None) -> Floats:
+        """Return the values (c, d) of some corners, or of all, as shares of the largest range."""
+        largest = float(self.ranges.max(initial=0.0))
+        values = self.flat if corners is None else self.flat[corners]
+        return values / max(largest, np.finfo(np.float64).tiny)
 
 
 def read_layers(

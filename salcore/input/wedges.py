@@ -16,8 +16,8 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from ..arrays.edges import Edges, find_edges
-from ..arrays.types import Floats, Indices, Integers, Ints
+from ..arrays.edges import pairs_at_edges
+from ..arrays.types import Floats, Indices, Integers, Ints, Mask
 from ..arrays.vectors import dot
 from .geometry import Geometry
 from .layers import Layer
@@ -25,6 +25,8 @@ from .layers import Layer
 MAX_SEAMS = 0.5
 """Share of the edges that may be seams. A layer that would raise it further has none: with values
 of its own for each single face every edge is one, and no line is left to keep."""
+EDGES_PER_FACE = 1.5
+"""As on a closed mesh."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,94 +81,80 @@ def build_wedges(geometry: Geometry, layers: list[Layer]) -> Wedges | None:
 
     Notes
     -----
-    O(m log m). Corners at a vertex are one wedge if they are linked by faces with an edge in
-    common, on whose sides all layers agree there; all of them where no layer differs.
+    O(m), and O(s log s) for s faces at vertices with several values. Corners at a vertex are one
+    wedge if they are linked by faces with an edge in common, on whose sides all layers agree there;
+    all of them where no layer differs.
     """
-    faces = geometry.faces
-    flat = faces.ravel()
-    some = np.zeros(len(geometry.points), dtype=np.intp)
-    some[flat] = np.arange(len(flat))
-    divided = [layer.differ(np.arange(len(flat)), some[flat]) for layer in layers]
-    if not any(
-        there.any() or layer.is_texture for there, layer in zip(divided, layers, strict=True)
-    ):
+    faces, count = geometry.faces, len(geometry.points)
+    divided = [layer.divided(faces, count) for layer in layers]
+    if not np.any(divided):
         return None
-    edges = find_edges(faces, len(geometry.points))
-    edge, low, high = _pairs_at_edges(edges, len(faces))
+    near = np.flatnonzero(np.any(divided, axis=0)[faces].any(axis=1))
+    edges, edge, low, high = pairs_at_edges(faces, near, count)
     apart_low, apart_high, seam = np.zeros((3, len(edge)), dtype=bool)
-    dropped: list[int] = []
+    most = MAX_SEAMS * EDGES_PER_FACE * len(faces)
+    used: list[int] = []
     for number, layer in enumerate(layers):
         at_low, at_high = layer.differ(*low), layer.differ(*high)
         there = seam | at_low | at_high
         if layer.is_texture:
             there |= layer.mirrored(low, high)
-        if np.count_nonzero(there) > MAX_SEAMS * len(edges.low):
-            dropped.append(number)
-            continue
-        seam = there
-        apart_low |= at_low
-        apart_high |= at_high
-    chosen = np.unique(edge[seam])
-    if not len(chosen) and not dropped:
-        return None
-    used = [number for number in range(len(layers)) if number not in dropped]
-    whole = np.ones(len(geometry.points), dtype=bool)
+        if np.count_nonzero(there) <= most:
+            used.append(number)
+            seam = there
+            apart_low |= at_low
+            apart_high |= at_high
+    several = np.zeros(count, dtype=bool)
     for number in used:
-        whole[flat[divided[number]]] = False
-    alike = np.flatnonzero(whole[flat])
-    together = np.hstack(
-        [low[:, ~apart_low], high[:, ~apart_high], np.stack([alike, some[flat[alike]]])]
-    )
-    corners, first = _number_wedges(flat, together, len(geometry.points))
+        several |= divided[number]
+    together = np.hstack([low[:, ~apart_low], high[:, ~apart_high]])
+    corners, first = _number_wedges(faces.ravel(), together, several)
+    chosen = np.unique(edge[seam])
     return Wedges(
         corners.reshape(-1, 3),
         first,
         _values_of(corners, [layers[number] for number in used], int(first[-1])),
         np.column_stack([edges.low[chosen], edges.high[chosen]]),
-        tuple(dropped),
+        tuple(number for number in range(len(layers)) if number not in used),
     )
 
 
-def _pairs_at_edges(edges: Edges, count: int) -> tuple[Indices, Indices, Indices]:
-    """Return pairs of faces at edges: the edge (p,), and corners (2, p) at its low and high end."""
-    corner, face = np.divmod(edges.sides, count)
-    start, end = 3 * face + corner, 3 * face + (corner + 1) % 3
-    low, high = np.where(edges.forward[edges.sides], (start, end), (end, start))
-    edge = np.repeat(np.arange(len(edges.uses)), edges.uses)
-    pair = np.flatnonzero(edge[1:] == edge[:-1])
-    sides = np.stack([pair, pair + 1])
-    return edge[pair], low[sides], high[sides]
-
-
-def _number_wedges(vertex: Indices, together: Indices, count: int) -> tuple[Ints, Ints]:
+def _number_wedges(vertex: Indices, together: Indices, several: Mask) -> tuple[Ints, Ints]:
     """Return the wedge of each corner (3 m,), and the first (n + 1,) of each vertex.
 
     Parameters
     ----------
     vertex : (3 m,) intp
         Vertex of each corner.
-    together : (2, p) int64
+    together : (2, p) intp
         Pairs of corners of one wedge.
+    several : (n,) bool
+        Vertices that may have several wedges; others have one.
     """
-    size = len(vertex)
-    links = coo_array((np.ones(together.shape[1], dtype=bool), tuple(together)), (size, size))
-    label = connected_components(links, directed=False)[1]
-    total = int(label.max(initial=-1)) + 1
-    vertex_of_label = np.empty(total, dtype=np.intp)
-    vertex_of_label[label] = vertex
-    loose = np.ones(count, dtype=bool)
-    loose[vertex] = False
-    owner = np.concatenate([vertex_of_label, np.flatnonzero(loose)])
-    number = np.empty(len(owner), dtype=np.int32)
-    number[np.argsort(owner, kind="stable")] = np.arange(len(owner))
-    first = np.concatenate([[0], np.cumsum(np.bincount(owner, minlength=count))])
-    return number[label], first.astype(np.int32)
+    divided = np.flatnonzero(several[vertex])
+    place = np.empty(len(vertex), dtype=np.intp)
+    place[divided] = np.arange(len(divided))
+    links = place[together[:, several[vertex[together[0]]]]]
+    shape = (len(divided), len(divided))
+    graph = coo_array((np.ones(links.shape[1], dtype=bool), tuple(links)), shape)
+    label = connected_components(graph, directed=False)[1]
+    vertex_of_label = np.empty(int(label.max(initial=-1)) + 1, dtype=np.intp)
+    vertex_of_label[label] = vertex[divided]
+    wedges = np.maximum(np.bincount(vertex_of_label, minlength=len(several)), 1)
+    first = np.concatenate([[0], np.cumsum(wedges)]).astype(np.int32)
+    order = np.argsort(vertex_of_label, kind="stable")
+    number = np.empty(len(order), dtype=np.int32)
+    ordered = vertex_of_label[order]
+    start = np.searchsorted(ordered, ordered)
+    number[order] = first[ordered] + np.arange(len(order)) - start
+    corners: Ints = first[vertex]
+    corners[divided] = number[label]
+    return corners, first
 
 
 def _values_of(corners: Ints, layers: list[Layer], count: int) -> Floats:
     """Return the values (w, d) of the first corner of each wedge, each layer's range being 1."""
-    reverse = np.arange(len(corners))[::-1]
-    first = np.full(count, -1, dtype=np.intp)
-    first[corners[reverse]] = reverse
-    rows = [layer.scaled()[first] for layer in layers]
-    return np.where(first[:, None] >= 0, np.hstack(rows) if rows else np.zeros((count, 1)), 0.0)
+    first = np.zeros(count, dtype=np.intp)
+    first[corners[::-1]] = np.arange(len(corners))[::-1]
+    rows = [layer.scaled(first) for layer in layers]
+    return np.hstack(rows) if rows else np.zeros((count, 1))

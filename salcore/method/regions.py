@@ -23,7 +23,7 @@ class Regions:
     Attributes
     ----------
     labels : (n,) intp
-        Region of each vertex, numbered from 0 in the order of their first vertices.
+        Region of each vertex, numbered from 0.
     count : int
         Number of regions.
     boundary : (n,) bool
@@ -50,11 +50,11 @@ def similar(first: Floats, second: Floats, tolerance: float) -> Mask:
 
 
 def build_regions(geometry: Geometry, graph: Graph, saliency: Floats, tolerance: float) -> Regions:
-    """Segment the graph into regions and order their boundaries.
+    """Segment the graph into components of like saliency and order their boundaries.
 
-    Regions are the connected components of the edges between similar vertices, (4.2), which is
-    what algorithm 1 labels. The published concave hull is not defined for a piece of a surface in
-    space; the boundary is read off the graph instead.
+    Regions are the connected components of the edges between similar vertices, (4.2), which is what
+    algorithm 1 labels, in the order of their first vertices. The published concave hull is not
+    defined for a piece of a surface in space; the boundary is read off the graph instead.
 
     Parameters
     ----------
@@ -69,6 +69,11 @@ def build_regions(geometry: Geometry, graph: Graph, saliency: Floats, tolerance:
     O(e log e) time for e edges, about 60 bytes an edge between boundary vertices.
     """
     labels = _in_order(grow_regions(graph, saliency, tolerance), geometry.number)
+    return outline(geometry, graph, labels)
+
+
+def outline(geometry: Geometry, graph: Graph, labels: Indices) -> Regions:
+    """Return the regions that labels (n,) from 0 on make, with their boundaries in order."""
     boundary = boundary_vertices(geometry.faces, graph, labels)
     row, other = _edges_along(graph, labels, boundary)
     members = np.flatnonzero(boundary)

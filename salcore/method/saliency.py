@@ -11,7 +11,6 @@ from ..arrays.blocks import run_blocks
 from ..arrays.rows import row_mean, row_sum
 from ..arrays.types import Floats, Integers, Mask
 from ..arrays.vectors import dot
-from ..input.geometry import Geometry
 from ..parameters import Parameters
 from ..progress import SILENT, Progress
 from .frames import Frames, principal_directions
@@ -56,7 +55,7 @@ class Saliency:
 
 
 def build_saliency(
-    geometry: Geometry,
+    points: Floats,
     graph: Graph,
     frames: Frames,
     parameters: Parameters,
@@ -73,10 +72,10 @@ def build_saliency(
     rank correlation of clean and noisy maps is 0.40 to 0.74 for the default and -0.15 to 0.32 for
     the printed difference times height; without noise the printed map doubles every crease.
     """
-    points, count = geometry.points, len(geometry.points)
+    count = len(points)
     deviation = np.empty(len(graph.indices))
     descriptor, share, patch, raw = (np.empty(count) for _ in range(4))
-    oriented = _oriented(frames, parameters)
+    oriented = signs_count(frames.oriented, parameters)
 
     def describe(start: int, stop: int) -> None:
         edges = graph.edges(start, stop)
@@ -122,11 +121,11 @@ def build_saliency(
     return Saliency(descriptor, dissimilarity, patch, raw, scaled)
 
 
-def _oriented(frames: Frames, parameters: Parameters) -> Mask:
-    """Return where the sign of a normal counts in (3.2)."""
+def signs_count(oriented: Mask, parameters: Parameters) -> Mask:
+    """Return where the sign of a normal counts in (3.2): at most where it is `oriented` (n,)."""
     if parameters.angle in ("auto", "oriented"):
-        return frames.oriented
-    return np.zeros(len(frames.normals), dtype=bool)
+        return oriented
+    return np.zeros(len(oriented), dtype=bool)
 
 
 def edge_deviation(

@@ -87,3 +87,18 @@ def empty_scene():
 def module(extension):
     """Return a function that finds a module of the extension by its name."""
     return lambda name: importlib.import_module(f"{NAME}.{name}")
+
+
+@pytest.fixture
+def work(module):
+    """Return the add-on's module of work, with a child that is ready; none is left afterwards."""
+    from workers import children, wait_for
+
+    found = module("operators.work")
+    found.stop()
+    assert children() == []
+    found.host.start()
+    wait_for(found.host, "idle")
+    yield found
+    found.stop()
+    assert children() == []

@@ -53,7 +53,7 @@ def test_mistakes_are_one_line_and_leave_nothing(module, tmp_path, capsys):
         ([str(tmp_path / "no.ply"), str(tmp_path / "x.ply"), "--ratio", "0.5"], "is no file"),
         ([bunny, str(there), "--ratio", "0.5"], "exists; choose another name"),
         ([bunny, str(tmp_path / "a" / "x.ply"), "--ratio", "0.5"], "folder does not exist"),
-        ([bunny, str(tmp_path / "x.ply"), "--ratio", "1.5"], "from 0 to 1"),
+        ([bunny, str(tmp_path / "x.ply"), "--ratio", "1.5"], "above 0 to 1"),
         ([bunny, str(tmp_path / "x.ply"), "--ratio", "0.5", "--cells", "99"], "cells=99"),
     ):
         assert command.main(arguments) == 2

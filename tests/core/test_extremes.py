@@ -68,7 +68,7 @@ def test_something_is_kept_of_something(max_gap, rule):
         assert (result.source >= 0).all()
         json.dumps(result.report.as_dict(), allow_nan=False)
     alone = salcore.simplify(sphere_cloud(500), alpha=1000, parameters=P(max_gap=0))
-    saliency = salcore.analyze(sphere_cloud(500)).saliency
+    saliency = salcore.analyze(sphere_cloud(500), parameters=P(coarsest=0.0)).saliency
     assert alone.indices.tolist() == [int(np.argmax(saliency))]
 
 

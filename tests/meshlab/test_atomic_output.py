@@ -165,7 +165,7 @@ def test_a_full_disk(tmp_path, ending):
 
     process = start(
         tmp_path, "simplify", demo.sample("bone.ply"), output, "--ratio", 0.9, "--force",
-        before=limit,
+        *["--points"] * (ending == "xyz"), before=limit,
     )  # fmt: skip
     said = wait_for_session(process)
     assert process.returncode == 1

@@ -51,8 +51,8 @@ def test_what_a_format_does_not_keep_is_said(run, rich, tmp_path, ending):
         assert not told
         return
     assert told == [
-        f"salient-simplify: {tmp_path}/o.{ending}: .{ending} files do not keep the "
-        f"{LOST[ending]}; .ply does"
+        f"salient-simplify: {tmp_path}/o.{ending}: .{ending} files do not keep "
+        f"{'' if ending == 'obj' else 'the '}{LOST[ending]}; .ply does"
     ]
 
 
@@ -154,7 +154,7 @@ def test_textures_are_written_inside_the_outputs_folder_only(run, tmp_path, endi
     assert {path.name for path in tmp_path.iterdir()} == {"in", "out", "precious", "texture.png"}
 
 
-def test_several_textures_are_left_out_with_a_word(run, tmp_path):
+def test_several_textures_are_kept_or_left_out_with_a_word(run, tmp_path):
     source = textured_square(tmp_path / "in", "one.png", 0.2)
     textured_square(tmp_path / "other", "two.png", 0.8)
     shutil.copy(tmp_path / "other" / "two.png", tmp_path / "in" / "two.png")
@@ -162,9 +162,13 @@ def test_several_textures_are_left_out_with_a_word(run, tmp_path):
     material.write_text(material.read_text() + "newmtl second\nmap_Kd two.png\n")
     lines = source.read_text().splitlines()
     source.write_text("\n".join([*lines[:-20], "usemtl second", *lines[-20:]]))
-    said = run("simplify", source, tmp_path / "o.ply", "--ratio", "0.5")
+    said = run("simplify", source, tmp_path / "o.x3d", "--ratio", "0.5")
     assert "its 2 textures are left out" in said
-    run("saliency", source, tmp_path / "map.ply")
+    for name in ("o.ply", "o.obj"):
+        assert run("simplify", source, tmp_path / name, "--ratio", "0.5", "--force") == ""
+        mesh_set = files.load(tmp_path / name)
+        assert mesh_set.current_mesh().texture_number() == 2
+    run("saliency", source, tmp_path / "map.ply", "--force")
     mesh_set = files.load(tmp_path / "map.ply")
     assert mesh_set.current_mesh().texture_number() == 2
 

@@ -47,7 +47,9 @@ def test_of_a_mesh(module, kind, domain):
     attributes.write(attribute, given)
     given = attributes.read(mesh.attributes["mine"])
     before = scenes.positions(obj)
-    bpy.ops.object.salient_simplify(ratio=0.9, output="IN_PLACE")
+    bpy.ops.object.salient_simplify(
+        hide_source=False, placement="original", ratio=0.9, output="IN_PLACE"
+    )
     mesh = obj.data
     attribute = mesh.attributes["mine"]
     assert (attribute.data_type, attribute.domain) == (kind, domain)
@@ -97,7 +99,9 @@ def test_of_points(module, kind, make):
     attributes.write(attribute, values_for(attributes, kind, 600))
     given = attributes.read(obj.data.attributes["mine"])
     before = scenes.positions(obj).tolist()
-    bpy.ops.object.salient_simplify(target="COUNT", count=200)
+    bpy.ops.object.salient_simplify(
+        hide_source=False, placement="original", target="COUNT", count=200
+    )
     (result,) = (other for other in bpy.data.objects if other is not obj)
     assert result.type == obj.type
     place = {tuple(row): k for k, row in enumerate(before)}

@@ -57,6 +57,8 @@ def test_saliency(as_cloud):
 def test_the_vertex_group_guides_blenders_own_decimation():
     obj = cube(24)
     bpy.ops.object.salient_show_saliency()
+    assert not obj.vertex_groups  # it would make each later cut slower
+    assert bpy.ops.object.salient_vertex_group() == {"FINISHED"}
     group = obj.vertex_groups["Saliency"]
     saliency = values(obj, "saliency")
     weights = [group.weight(k) for k in range(len(saliency))]
@@ -92,8 +94,52 @@ def test_interest_points():
     obj = cube()
     bpy.ops.object.salient_show_interest(alpha=5.0)
     few = values(obj, "interest_point").copy()
-    bpy.ops.object.salient_simplify(target="ALPHA", alpha=5.0)
+    bpy.ops.object.salient_simplify(
+        hide_source=False, placement="original", target="ALPHA", alpha=5.0
+    )
     (result,) = (other for other in bpy.data.objects if other is not obj)
     assert few.sum() == len(result.data.vertices)
     bpy.ops.object.salient_show_interest(alpha=0.0)
     assert values(obj, "interest_point").sum() > few.sum()
+
+
+@pytest.mark.parametrize("make", [scenes.points_mesh, scenes.cloud])
+@pytest.mark.parametrize("task", ["saliency", "regions", "interest"])
+def test_points_are_shown_at_once(make, task):
+    """As points of half the mean spacing, in the colours stored; the vertices stay there."""
+    grid = np.stack(np.meshgrid(*[np.arange(20.0)] * 2), axis=-1).reshape(-1, 2)
+    points = np.column_stack([grid, np.where(grid[:, 0] > 9, grid[:, 0] - 9, 0.0)]) * 1000.0
+    obj = make(points)
+    obj.scale = (0.5, 0.5, 0.5)
+    assert getattr(bpy.ops.object, f"salient_show_{task}")() == {"FINISHED"}
+    name = {"saliency": "Saliency", "regions": "Region", "interest": "Interest"}[task] + " Color"
+    final = obj.evaluated_get(bpy.context.evaluated_depsgraph_get())
+    parts = final.evaluated_geometry()
+    cloud = parts.pointcloud
+    assert len(cloud.points) == 400
+    radius = np.empty(400, dtype="f4")
+    cloud.attributes["radius"].data.foreach_get("value", radius)
+    # The flat half has a spacing of 1000, the other one of 1000 as well: its rows are parallel.
+    np.testing.assert_allclose(radius, 500.0, rtol=1e-3)
+    assert name in cloud.attributes
+    if obj.type == "MESH":
+        (material,) = [item for item in cloud.materials if item is not None]
+    else:
+        material = obj.material_slots[0].material
+    nodes = material.node_tree.nodes
+    assert {node.attribute_name for node in nodes if node.type == "ATTRIBUTE"} == {name}
+    if obj.type == "MESH":
+        assert len(parts.mesh.vertices) == 400
+        assert bpy.ops.object.salient_simplify(
+            hide_source=False, placement="original", ratio=0.5, source="EVALUATED"
+        ) == {"FINISHED"}
+        assert len(bpy.data.objects["points_simplified"].data.vertices) == 200
+
+
+def test_a_clouds_own_radius_stays():
+    obj = scenes.cloud(scenes.relief())
+    if "radius" not in obj.data.attributes:
+        obj.data.attributes.new("radius", "FLOAT", "POINT")
+    obj.data.attributes["radius"].data.foreach_set("value", np.full(600, 0.25, dtype="f4"))
+    bpy.ops.object.salient_show_saliency()
+    assert values(obj, "radius").min() == 0.25

@@ -60,11 +60,11 @@ class Shown:
 def test_every_row_of_the_table_is_a_property(module):
     salcore, properties = module("salcore"), module("settings.properties")
     settings = bpy.context.scene.salient_simplify
-    defaults = salcore.Parameters()
+    defaults = properties.preset("default")
     for row in properties.ROWS:
         words = settings.bl_rna.properties[row.name]
-        assert words.name == row.label
-        assert row.sentence.rstrip(".") in words.description
+        assert words.name == properties.LABELS.get(row.name, row.label)
+        assert properties.sentence(row).rstrip(".") in words.description
         assert row.symbol in words.description
         assert getattr(settings, row.name) == pytest.approx(getattr(defaults, row.name))
         if row.type in (int, float):
@@ -109,7 +109,7 @@ def test_the_panels_draw_what_there_is(module):
     assert drawn[:3] == ["target", "ratio", "object.salient_simplify"]
     assert "protect" not in drawn
     scenes.torus()
-    bpy.ops.object.salient_simplify(ratio=0.5)
+    bpy.ops.object.salient_simplify(hide_source=False, placement="original", ratio=0.5)
     bpy.context.scene.salient_simplify.target = "MAX_ERROR"
     drawn = Shown(panel.VIEW3D_PT_salient).layout.drawn
     assert drawn[1] == "max_error"
@@ -118,7 +118,7 @@ def test_the_panels_draw_what_there_is(module):
     assert "400 of 800 points" in text
     assert "50.00% removed" in text
     assert "Largest error" in text
-    figures = bpy.context.window_manager.salient_simplify
+    figures = module("settings.figures").figures
     figures.stage, figures.fraction = "Graph", 0.5
     drawn = Shown(panel.VIEW3D_PT_salient).layout.drawn
     assert "Graph (Esc: cancel)" in drawn
@@ -140,7 +140,7 @@ def test_all_buttons_are_grey_while_work_goes_on(module):
     calls = [getattr(getattr(bpy.ops, place), name) for place, name in operators]
     ready = [call.poll() for call in calls]
     assert ready.count(False) == 1  # measuring wants two objects
-    figures = bpy.context.window_manager.salient_simplify
+    figures = module("settings.figures").figures
     figures.stage = "Graph"
     assert not any(call.poll() for call in calls)
     figures.stage = ""

@@ -1,22 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A real child for every test, and none left afterwards."""
+"""Requests about the active object."""
+
+from types import SimpleNamespace
 
 import bpy
 import pytest
-from workers import children, wait_for
-
-
-@pytest.fixture
-def work(module):
-    """Return the add-on's module of work, with a child that is ready."""
-    found = module("operators.work")
-    found.stop()
-    assert children() == []
-    found.host.start()
-    wait_for(found.host, "idle")
-    yield found
-    found.stop()
-    assert children() == []
 
 
 @pytest.fixture
@@ -32,6 +20,8 @@ def request_of(module):
             return words | sources.geometry(source)
         if task == "simplify":
             words |= {"targets": [{"ratio": ratio}], "measurable": measurable}
-        return words | sources.geometry_with_mesh(source, "", True)
+        return words | sources.geometry_with_mesh(
+            source, SimpleNamespace(protect="", **module("command").KEEP)
+        )
 
     return make

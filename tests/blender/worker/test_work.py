@@ -80,9 +80,11 @@ def test_several_requests_in_a_row_and_their_errors(work, request_of, module):
     points, faces = scenes.positions(obj).astype(float), module("geometry.read").triangles(obj.data)
     for request, error in zip(requests, errors, strict=True):
         words = salcore.Parameters(error_unit="length")
-        seams = module("geometry.topology").seams(module("geometry.read").mesh_arrays(obj.data))
+        arrays = module("geometry.read").mesh_arrays(obj.data)
+        seams = module("geometry.topology").kept_lines(arrays, seams=True, sharp=True)
+        uv = arrays.layers(split=False)
         analysis = salcore.analyze(points, faces[0], parameters=words)
-        report = analysis.simplify(seams=seams, **request["targets"][0]).report
+        report = analysis.simplify(seams=seams, corner_values=uv, **request["targets"][0]).report
         assert error["max"] == report.errors.surface.max
         assert error["points"] == 800
 
@@ -161,11 +163,15 @@ def test_a_killed_child_is_one_sentence_and_an_unchanged_scene(work, extension, 
     thread = kill_when_busy(work)
     sentence = r"worker process was killed or ran out of memory \(exit status -9\); close other"
     with pytest.raises(RuntimeError, match=sentence) as caught:
-        bpy.ops.object.salient_simplify(ratio=0.1, output=output)
+        bpy.ops.object.salient_simplify(
+            hide_source=False, placement="original", ratio=0.1, output=output
+        )
     thread.join()
     assert "Traceback" not in str(caught.value)
     assert scenes.fingerprint(extension) == before
-    assert bpy.ops.object.salient_simplify(ratio=0.1, output=output) == {"FINISHED"}
+    assert bpy.ops.object.salient_simplify(
+        hide_source=False, placement="original", ratio=0.1, output=output
+    ) == {"FINISHED"}
 
 
 def test_a_child_killed_while_idle_is_replaced(work, request_of):
@@ -181,10 +187,13 @@ def test_a_child_killed_while_idle_is_replaced(work, request_of):
 
 
 def test_mistakes_are_the_cores_sentences(work, extension):
-    scenes.torus()
+    obj = scenes.torus()
+    obj.vertex_groups.new(name="keep").add(list(range(100)), 1.0, "REPLACE")
     before = scenes.fingerprint(extension)
-    with pytest.raises(RuntimeError, match="there are 800 valid points") as caught:
-        bpy.ops.object.salient_simplify(target="COUNT", count=801)
+    with pytest.raises(RuntimeError, match="100 are protected") as caught:
+        bpy.ops.object.salient_simplify(
+            hide_source=False, placement="original", target="COUNT", count=3, protect="keep"
+        )
     assert "Traceback" not in str(caught.value)
     assert scenes.fingerprint(extension) == before
     assert work.host.state == "idle"
@@ -209,10 +218,14 @@ def test_a_child_out_of_memory_says_so_and_goes_on(work, extension):
         size = int(file.read().split()[0]) * os.sysconf("SC_PAGE_SIZE")
     old = resource.prlimit(pid, resource.RLIMIT_AS, (size + 2**24, resource.RLIM_INFINITY))
     with pytest.raises(RuntimeError, match="not enough memory for this object"):
-        bpy.ops.object.salient_simplify(ratio=0.1, workers=1)
+        bpy.ops.object.salient_simplify(
+            hide_source=False, placement="original", ratio=0.1, workers=1
+        )
     assert scenes.fingerprint(extension) == before
     resource.prlimit(pid, resource.RLIMIT_AS, old)
-    assert bpy.ops.object.salient_simplify(ratio=0.1, workers=1) == {"FINISHED"}
+    assert bpy.ops.object.salient_simplify(
+        hide_source=False, placement="original", ratio=0.1, workers=1
+    ) == {"FINISHED"}
     assert work.host.pid == pid
 
 
@@ -224,7 +237,9 @@ def test_an_error_that_nobody_foresaw_shows_where_it_was(work):
 
 def test_two_operators_in_turn(work):
     obj = scenes.torus()
-    assert bpy.ops.object.salient_simplify(ratio=0.5) == {"FINISHED"}
+    assert bpy.ops.object.salient_simplify(hide_source=False, placement="original", ratio=0.5) == {
+        "FINISHED"
+    }
     assert bpy.ops.object.salient_show_saliency() == {"FINISHED"}
     assert bpy.ops.object.salient_live(ratio=0.5) == {"FINISHED"}
     scenes.select(bpy.data.objects["Torus_simplified"], obj)
@@ -234,7 +249,7 @@ def test_two_operators_in_turn(work):
 
 def test_another_file_ends_the_child(work):
     scenes.torus()
-    bpy.ops.object.salient_simplify(ratio=0.5)
+    bpy.ops.object.salient_simplify(hide_source=False, placement="original", ratio=0.5)
     assert children() == [work.host.pid]
     bpy.ops.wm.read_factory_settings(use_empty=True)
     assert children() == []
@@ -263,7 +278,9 @@ def test_disabling_the_add_on_ends_the_child_and_enabling_it_starts_another(modu
     work.host.start()
     wait_for(work.host, "idle")
     scenes.torus()
-    assert bpy.ops.object.salient_simplify(ratio=0.5) == {"FINISHED"}
+    assert bpy.ops.object.salient_simplify(hide_source=False, placement="original", ratio=0.5) == {
+        "FINISHED"
+    }
     work.stop()
     assert children() == []
 

@@ -70,12 +70,12 @@ def test_corners_by_hand():
     # Vertex 1 went into 2, which has a corner in each of two charts, at u = 1 and at u = 9.
     corners = np.array([[0, 1, 3], [2, 3, 4], [5, 2, 6]])
     charts = np.array([[[0.0], [2], [0]], [[1], [0], [1]], [[9], [9], [8]]])
-    found = corner_sources(corners, np.array([[0, 2, 3]]), np.array([0]), charts)
+    found = corner_sources(corners, np.array([[0, 2, 3]]), np.array([[0, 1, 2]]), charts)
     assert found.tolist() == [[0, 3, 2]]
     charts[0, 1] = 8
-    found = corner_sources(corners, np.array([[0, 2, 3]]), np.array([0]), charts)
+    found = corner_sources(corners, np.array([[0, 2, 3]]), np.array([[0, 1, 2]]), charts)
     assert found.tolist() == [[0, 7, 2]]
-    same = corner_sources(corners, corners, np.arange(3), charts)
+    same = corner_sources(corners, corners, np.arange(9).reshape(3, 3), charts)
     assert same.tolist() == [[0, 1, 2], [3, 4, 5], [6, 7, 8]]
 
 

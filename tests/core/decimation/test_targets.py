@@ -30,9 +30,9 @@ def test_ratios(ratio):
     [
         ({}, "no target given: give one of ratio, count, faces, max_error, alpha"),
         ({"ratio": 0.1, "count": 5}, r"2 targets given \(ratio, count\)"),
-        ({"ratio": 1.1}, "ratio=1.1: give a number from 1e-09 to 1"),
+        ({"ratio": 1.1}, "ratio=1.1: give a number above 0 to 1"),
         ({"count": 0}, "count=0"),
-        ({"ratio": 0}, "ratio=0: give a number from 1e-09 to 1"),
+        ({"ratio": 0}, "ratio=0: give a number above 0 to 1"),
         ({"faces": 10}, "faces=10: there are no faces; give count or ratio"),
         ({"count": 2.5}, "count=2.5: give a whole number"),
         ({"max_error": -1}, "max_error=-1"),
