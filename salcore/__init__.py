@@ -15,7 +15,8 @@ from .measure.distances import Surface
 from .measure.errors import Deviation, Errors, compare, make_surface
 from .parameters import PRESETS, TABLE, TARGETS, Parameter, Parameters
 from .pipeline import analyze, simplify
-from .simplification import Report, Simplification
+from .report import Report
+from .simplification import Simplification
 
 __all__ = [
     "PRESETS",
