@@ -23,6 +23,7 @@ NAME = "salient_simplify"
 KEEP = {"keep_seams": True, "keep_sharp": True, "keep_border": False, "keep_topology": False}
 """What has to stay, unless options say something else."""
 MISTAKE = 2
+NO_WEIGHTS = {"protect": "", "importance": "", "importance_factor": 0.0}
 IMPORTERS: dict[str, tuple[str, dict[str, Any]]] = {
     ".ply": ("wm.ply_import", {}),
     ".obj": ("wm.obj_import", {}),
@@ -130,7 +131,7 @@ def _simplify(options: argparse.Namespace) -> str:
     if not found:
         raise HostError(f"input={options.input}: holds no mesh and no point cloud")
     before, after = sum(source.count for source in found), 0
-    kept = SimpleNamespace(protect="", **{name: getattr(options, name) for name in KEEP})
+    kept = SimpleNamespace(**NO_WEIGHTS, **{name: getattr(options, name) for name in KEEP})
     answers: list[Any] = []
     notes: list[str] = []
     for k, source in enumerate(found):
@@ -138,7 +139,7 @@ def _simplify(options: argparse.Namespace) -> str:
             "task": "simplify",
             "parameters": parameters.as_dict(),
             "targets": [target],
-            "measurable": k if options.measure else None,
+            "number": k,
             **sources.geometry_with_mesh(source, kept),
         }
         answers.append(requests.run(request))
@@ -147,7 +148,11 @@ def _simplify(options: argparse.Namespace) -> str:
         after += len(result.indices)
         notes += [f"note: {source.object.name}: {note}" for note in result.notes]
         results.replace(source, result)
-    errors = requests.run({"task": "measure"}) if options.measure else []
+    errors = (
+        requests.run({"task": "measure", "numbers": list(range(len(found)))})
+        if options.measure
+        else []
+    )
     _write_whole(options.output, write, write_options)
     text = f"{after} of {before} points"
     if errors:

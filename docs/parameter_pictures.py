@@ -45,12 +45,21 @@ VALUES: dict[str, tuple[Any, ...]] = {
     "contrast": ("level", "difference"),
     "averaging": ("weighted", "plain"),
     "scaling": ("percentile", "range"),
+    "coarsest": (0.0, 1.0, 4.0),
+    "finest": (0.05, 0.25, 1.0),
+    "segmentation": ("islands", "basins", "components"),
+    "region_contrast": (0.1, 0.25, 0.6),
+    "region_size": (0.3, 1.0, 4.0),
+    "persistence": (0.05, 0.17, 0.4),
     "tolerance": (0.02, 0.08, 0.3),
     "collinear_angle": (10.0, 60.0, 180.0),
     "alpha_rule": ("add", "multiply"),
     "max_gap": (0, 1, 4),
     "detail": (0.0, 3.0, 30.0),
     "interest_weight": (0.0, 1.0, 10.0),
+    "regions_of_interest": (0, 1, 8),
+    "interest_density": (1.0, 4.0, 16.0),
+    "keep_regions": (False, True),
     "evenness": (0.0, 0.3, 3.0),
     "border_weight": (0.0, 1.0, 100.0),
     "placement": ("original", "optimal"),
@@ -58,6 +67,13 @@ VALUES: dict[str, tuple[Any, ...]] = {
 """What is shown of each parameter; the others change no map."""
 AS_CLOUD = {"graph", "neighbors", "normals", "evenness"}
 """Parameters that matter where there are no faces."""
+ALONGSIDE: dict[str, dict[str, Any]] = {
+    "cells": {"coarsest": 0.0},
+    "persistence": {"segmentation": "basins"},
+    "tolerance": {"segmentation": "components", "coarsest": 0.0},
+    "interest_density": {"regions_of_interest": 1},
+}
+"""What else is set where a parameter would not show."""
 MAPS = {"Graph": "saliency", "Normals": "saliency", "Saliency": "saliency", "Regions": "regions"}
 """What a group's parameters are seen in; the others in the kept points."""
 
@@ -83,7 +99,7 @@ def panel(row: salcore.Parameter, value: Any, axis: Any) -> None:
     if row.group == "Target":
         target = {row.name: value}
     else:
-        parameters = replace(parameters, **{row.name: value})
+        parameters = replace(parameters, **ALONGSIDE.get(row.name, {}), **{row.name: value})
     if row.group == "Interest points":
         target = {"alpha": 20.0}
     analysis = salcore.analyze(

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Write the parameters' table into the README, from the table in the code.
+"""Write the tables of parameters and formats into the README, from those in the code.
 
 python docs/tables.py
 """
@@ -8,10 +8,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from meshlab_filter.io.formats import FORMATS, MESHLAB
 from salcore import TABLE, TARGETS, Parameter
 
 README = Path(__file__).parent.parent / "README.md"
 BEGIN, END = "<!-- parameters -->\n", "<!-- end of parameters -->"
+FORMATS_BEGIN, FORMATS_END = "<!-- formats -->\n", "<!-- end of formats -->"
 
 
 def cell(row: Parameter, value: object) -> str:
@@ -35,10 +37,32 @@ def parameter_table() -> str:
     return "\n".join(lines) + "\n"
 
 
+def format_table() -> str:
+    """Return all formats as a table in Markdown."""
+    lines = [
+        "| files | read | written | what travels | what the format cannot hold |",
+        "|---|---|---|---|---|",
+    ]
+    for row in FORMATS:
+        how = [
+            "no" if name is None else "by MeshLab" if name == MESHLAB else "yes"
+            for name in (row.read, row.write)
+        ]
+        lines.append(
+            f"| {' '.join(row.endings)} | {how[0]} | {how[1]} | {row.keeps} | {row.lost} |"
+        )
+    return "\n".join(lines) + "\n"
+
+
 def with_table(text: str) -> str:
-    """Return the README's text with the present table between its markers."""
-    before, rest = text.split(BEGIN)
-    return before + BEGIN + parameter_table() + END + rest.split(END)[1]
+    """Return the README's text with the present tables between their markers."""
+    for begin, table, end in (
+        (BEGIN, parameter_table(), END),
+        (FORMATS_BEGIN, format_table(), FORMATS_END),
+    ):
+        before, rest = text.split(begin)
+        text = before + begin + table + end + rest.split(end)[1]
+    return text
 
 
 if __name__ == "__main__":

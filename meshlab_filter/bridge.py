@@ -17,6 +17,7 @@ import salcore
 from .io.layer import NORMAL, RGB, XYZ, Layer, are_split, byte_colors
 
 Floats = NDArray[np.float64]
+IMAGES = (".png", ".jpg", ".jpeg", ".bmp", ".tga", ".tif", ".tiff", ".ppm")
 
 
 class Arrays(NamedTuple):
@@ -40,6 +41,14 @@ def read(mesh: Any) -> Arrays:
     return Arrays(points, None, normals if normals.any() else None)
 
 
+def merge_layers(mesh_set: Any, name: str) -> None:
+    """Add a layer with all visible ones, each where its matrix puts it, as the current layer."""
+    mesh_set.generate_by_merging_visible_meshes(
+        mergevisible=True, deletelayer=False, mergevertices=False, alsounreferenced=True
+    )
+    mesh_set.current_mesh().set_label(name)
+
+
 def corner_layers(mesh: Any) -> dict[str, Any]:
     """Return what tells the charts of a mesh apart, as arguments of `salcore.Analysis.simplify`.
 
@@ -56,9 +65,14 @@ def corner_layers(mesh: Any) -> dict[str, Any]:
         values.append(mesh.vertex_tex_coord_matrix()[faces])
     if mesh.has_face_color():
         values.append(np.repeat(mesh.face_color_matrix()[:, None], 3, axis=1))
-    if are_split(points) and mesh.has_vertex_color():
+    split = are_split(points)
+    if split and mesh.has_vertex_color():
         values.append(mesh.vertex_color_matrix()[faces])
-    return {"corner_values": [np.nan_to_num(v) for v in values] or None}
+    given: dict[str, Any] = {"corner_values": [np.nan_to_num(v) for v in values] or None}
+    normals = mesh.vertex_normal_matrix()
+    if split and normals.any():
+        given["corner_normals"] = np.nan_to_num(normals)[faces]
+    return given
 
 
 def read_surface(mesh: Any) -> salcore.Surface:
@@ -184,7 +198,7 @@ def _face_arrays(mesh: Any, result: salcore.Simplification) -> dict[str, Any]:
 def _wedges(mesh: Any, result: salcore.Simplification) -> Floats:
     """Return texture coordinates (3 K, 2) for the corners of the kept faces."""
     wedges = mesh.wedge_tex_coord_matrix()
-    return np.asarray(wedges[result.face_corners.ravel()])
+    return np.asarray(wedges[np.ravel(result.face_corners)])
 
 
 def _use_first_texture(mesh_set: Any) -> None:
@@ -214,6 +228,8 @@ def set_texture(mesh_set: Any, name: str, image: Any) -> None:
     """Give the current layer a texture, by way of a file, as pymeshlab requires."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / Path(name).name
+        if path.suffix.lower() not in IMAGES:  # an image from within a file has no ending
+            path = path.with_name(f"{path.name}.png")
         image.save(str(path))
         mesh_set.set_texture_per_mesh(textname=str(path))
 

@@ -11,8 +11,10 @@ from .decimation.cut import Ranking
 from .errors import Cancelled, GeometryError, MemoryLimitError, ParameterError, SalcoreError
 from .input.memory import estimated_memory
 from .input.seams import find_seams
+from .maps import Maps
 from .measure.distances import Surface
 from .measure.errors import Deviation, Errors, compare, make_surface
+from .method.segmentation import RegionTable
 from .parameters import PRESETS, TABLE, TARGETS, Parameter, Parameters
 from .pipeline import analyze, simplify
 from .report import Report
@@ -27,11 +29,13 @@ __all__ = [
     "Deviation",
     "Errors",
     "GeometryError",
+    "Maps",
     "MemoryLimitError",
     "Parameter",
     "ParameterError",
     "Parameters",
     "Ranking",
+    "RegionTable",
     "Report",
     "SalcoreError",
     "Simplification",

@@ -143,7 +143,8 @@ class Parameters:
         sentence="Take the given normals, else those of the faces, else fit planes (best); or "
         "always fit planes (pca).")
     cells: int = _row("Saliency", 8, "Patch cells", minimum=1, maximum=32, symbol="n",
-        sentence="Cells along each side of the square patch round a point.")
+        sentence="Cells along each side of the square patch round a point, at the neighbours' "
+        "distance alone.")
     angle: str = _row("Saliency", "auto", "Angle", paper="squared",
         choices=("auto", "oriented", "unoriented", "squared"), symbol="(3.2)",
         sentence="Angle between normals: of vectors (oriented), of lines (unoriented), of vectors "

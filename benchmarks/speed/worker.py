@@ -112,7 +112,7 @@ def measure(module: Callable[[str], Any], obj: Any, ratio: float) -> None:
     work, sources = module("operators.work"), module("geometry.sources")
     results, topology = module("geometry.results"), module("geometry.topology")
     parameters = module("salcore").Parameters(error_unit="length").as_dict()
-    kept = SimpleNamespace(protect="", **module("command").KEEP)
+    kept = SimpleNamespace(**module("command").NO_WEIGHTS, **module("command").KEEP)
     clock = Clock()
     work.host.start()
     while work.host.state != "idle":
@@ -124,7 +124,7 @@ def measure(module: Callable[[str], Any], obj: Any, ratio: float) -> None:
         source = sources.originals(bpy.context)[0]
         words = {"task": "simplify", "parameters": parameters, "targets": [{"ratio": ratio}]}
         return words | {
-            "measurable": 0,
+            "number": 0,
             **sources.geometry_with_mesh(source, kept),
         }
 

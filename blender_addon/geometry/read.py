@@ -180,7 +180,7 @@ def _carries(mesh: Any, domain: str) -> bool:
 
 
 def weights(obj: Any, data: Any, name: str) -> NDArray[np.float64]:
-    """Return a value for every point from a vertex group, or a POINT attribute, of this name.
+    """Return a value for every point from a vertex group or an attribute of this name.
 
     Parameters
     ----------
@@ -202,12 +202,25 @@ def weights(obj: Any, data: Any, name: str) -> NDArray[np.float64]:
     if group is not None:
         return vertices.weights(data, name).astype(np.float64)
     attribute = data.attributes.get(name)
-    if attribute is None or attribute.domain != "POINT" or attribute.data_type not in WEIGHTS:
+    domains = ("POINT", "FACE") if is_mesh(data) else ("POINT",)
+    if attribute is None or attribute.domain not in domains or attribute.data_type not in WEIGHTS:
         raise HostError(
             f"{obj.name}: no vertex group and no boolean, integer or float attribute of points "
-            f"is called {name!r}; clear the field or choose another"
+            f"or faces is called {name!r}; clear the field or choose another"
         )
-    return np.asarray(attributes.read(attribute), dtype=np.float64)
+    values = np.asarray(attributes.read(attribute), dtype=np.float64)
+    return values if attribute.domain == "POINT" else _largest_round(data, values)
+
+
+def _largest_round(mesh: Any, values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the largest value of the polygons round each vertex; 0 where there is none."""
+    first = np.empty(len(mesh.polygons), dtype=np.int32)
+    mesh.polygons.foreach_get("loop_start", first)
+    vertex = attributes.topology(mesh, ".corner_vert")
+    result = np.zeros(len(mesh.vertices))
+    sizes = np.diff(np.append(first, len(vertex)))
+    np.maximum.at(result, vertex, np.repeat(values, sizes))
+    return result
 
 
 SHARP = ("sharp_edge", "crease_edge", "bevel_weight_edge", "freestyle_edge")

@@ -55,6 +55,10 @@ def _shrink_mesh(mesh: Any, result: Reduced, matrix: Any, weighted: bool) -> Non
         mesh.corner_normals.foreach_get("vector", normals.ravel())
         normals = normals[shape.corners]
         skip = {"custom_normal"}
+    if result.normals is not None:
+        # Normals go back with the transposed matrix, as they came with its inverse.
+        normals = (result.normals @ np.array(matrix)[:3, :3]).astype(np.float32)
+        skip = {"custom_normal"}
     sources: dict[str, NDArray[Any]] = {
         "POINT": result.indices,
         "EDGE": shape.edge_source,

@@ -156,6 +156,7 @@ def geometry_with_mesh(source: Source, settings: Any) -> dict[str, Any]:
     return found | {
         "mesh": mesh,
         "protect": protected(source, settings.protect),
+        "importance": important(source, settings.importance, settings.importance_factor),
         **{name: getattr(settings, name) for name in KEPT},
     }
 
@@ -165,4 +166,18 @@ def protected(source: Source, name: str) -> NDArray[np.bool_] | None:
     if not name:
         return None
     result: NDArray[np.bool_] = read.weights(source.object, source.data, name) > 0.0
+    return result
+
+
+def important(source: Source, name: str, factor: float) -> NDArray[np.float64] | None:
+    """Return how many times more the removal of each point costs, or None without a name."""
+    if not name:
+        return None
+    values = read.weights(source.object, source.data, name)
+    if not np.isfinite(values).all() or (values < 0.0).any():
+        raise HostError(
+            f"{source.object.name}: values of {name!r} are negative or no numbers; importance "
+            "wants values from 0 on"
+        )
+    result: NDArray[np.float64] = factor * values
     return result

@@ -136,6 +136,9 @@ class Topology(NamedTuple):
         Vertices of the edges.
     edge_source : (E,) int32
         Original edge; -1 where there is none.
+    triangle_corners : (C,) int32
+        A corner of the simplification's triangles that each corner is: corner c of triangle f is
+        ``3 f + c``.
     """
 
     starts: Ints32
@@ -145,6 +148,7 @@ class Topology(NamedTuple):
     edge_of: Ints32
     edges: Ints32
     edge_source: Ints32
+    triangle_corners: Ints32
 
 
 class Reduced(NamedTuple):
@@ -160,6 +164,8 @@ class Reduced(NamedTuple):
         None for a point cloud.
     triangles : int
         Number of triangles left.
+    normals : (C, 3) float64 or None
+        Of the corners, where they are to be others than the polygons'.
     notes : list of str
         What had to be given up, a sentence each.
     """
@@ -168,6 +174,7 @@ class Reduced(NamedTuple):
     positions: NDArray[np.float64] | None
     topology: Topology | None
     triangles: int
+    normals: NDArray[np.float64] | None
     notes: list[str]
 
     def as_dict(self) -> dict[str, Any]:
@@ -184,7 +191,7 @@ class Reduced(NamedTuple):
 
 def simplified(mesh: MeshArrays, result: Simplification) -> Topology:
     """Return the topology that `result` leaves of a mesh."""
-    starts, polygons, vertices, corners = _polygons(mesh, result)
+    starts, polygons, vertices, corners, of_triangles = _polygons(mesh, result)
     sides = np.column_stack([vertices, vertices[_following(starts, len(vertices))]])
     sides = np.concatenate([sides, _loose_edges(mesh, result)])
     count = max(len(result.indices), 1)
@@ -194,7 +201,7 @@ def simplified(mesh: MeshArrays, result: Simplification) -> Topology:
     if mesh.edges is not None:
         edge_source = result.edge_source(mesh.edges, edges)
     edge_of = edge_of.ravel()[: len(vertices)]
-    found = (starts, polygons, vertices, corners, edge_of, edges, edge_source)
+    found = (starts, polygons, vertices, corners, edge_of, edges, edge_source, of_triangles)
     return Topology(*(values.astype(np.int32) for values in found))
 
 
@@ -219,7 +226,7 @@ def parent_corners(mesh: MeshArrays, parent: Ints) -> Ints:
     charts = None
     if mesh.active_uv >= 0:
         charts = mesh.uv_maps[mesh.active_uv].astype(np.float64)[corners]
-    found = corner_sources(faces, vertices[faces], np.arange(len(faces)), charts)
+    found = corner_sources(faces, vertices[faces], np.arange(faces.size).reshape(-1, 3), charts)
     result = np.arange(len(mesh.vertices), dtype=np.int64)
     result[corners.ravel()] = corners.ravel()[found.ravel()]
     return result
@@ -260,10 +267,13 @@ def apart(edges: Ints32, rank: Ints, parent: Ints) -> NDArray[np.bool_]:
     return result
 
 
-def _polygons(mesh: MeshArrays, result: Simplification) -> tuple[Ints, Ints, Ints, Ints]:
-    """Return first corners, original polygons, and vertices and original corners of the corners."""
+def _polygons(mesh: MeshArrays, result: Simplification) -> tuple[Ints, Ints, Ints, Ints, Ints]:
+    """Return first corners and original polygons, and three numbers of each corner.
+
+    They are its vertex, its original corner, and its corner among those of the triangles.
+    """
     if result.faces is None or result.face_source is None or not len(result.faces):
-        return (np.empty(0, dtype=np.int64),) * 4
+        return (np.empty(0, dtype=np.int64),) * 5
     old_vertices, polygon_of, origin = mesh.faces, mesh.polygons, result.face_source
     first, size = mesh.first.astype(np.int64), mesh.sizes
     unchanged = (result.indices[result.faces] == old_vertices[origin]).all(axis=1)
@@ -279,11 +289,15 @@ def _polygons(mesh: MeshArrays, result: Simplification) -> tuple[Ints, Ints, Int
     sizes = np.concatenate([size[intact], np.full(len(rest), 3)])
     vertices = np.concatenate([place[mesh.vertices[whole_corners]], result.faces[rest].ravel()])
     corners = np.concatenate([whole_corners, mesh.corners.ravel()[source.ravel()]])
+    of_triangle = np.arange(result.faces.size).reshape(-1, 3)
+    there = np.zeros(len(mesh.vertices), dtype=np.int64)
+    there[mesh.corners[origin[unchanged]]] = of_triangle[unchanged]
+    of_triangles = np.concatenate([there[whole_corners], of_triangle[rest].ravel()])
     # Polygons keep the order of the original.
     order = np.argsort(polygons, kind="stable")
     moved = _ranges((np.cumsum(sizes) - sizes)[order], sizes[order])
     starts = np.cumsum(sizes[order]) - sizes[order]
-    return starts, polygons[order], vertices[moved], corners[moved]
+    return starts, polygons[order], vertices[moved], corners[moved], of_triangles[moved]
 
 
 def _corner_source(mesh: MeshArrays, result: Simplification) -> Ints:

@@ -61,6 +61,9 @@ class ModalOperator:
         if figures.stage:
             cls.poll_message_set("Work is under way; Esc cancels it")
             return False
+        if figures.preview:
+            cls.poll_message_set("A preview is shown: apply it, or remove it with Esc")
+            return False
         if context.mode != "OBJECT":
             cls.poll_message_set("Leave the mode of editing or painting: works in Object Mode")
             return False
@@ -284,7 +287,7 @@ class ModalOperator:
         if not figures.tell(stage, fraction):
             return
         if context.workspace is not None:
-            text = f"{self.bl_label}: {stage} {fraction:.0%}   |   Esc: cancel" if stage else None
+            text = f"{self.bl_label}: {text_of_status(stage, fraction)}" if stage else None
             context.workspace.status_text_set(text)
         for region in sidebars(context.window_manager.windows):
             region.tag_redraw()
@@ -304,6 +307,28 @@ class ModalOperator:
 
 def _sentence(error: BaseException) -> str:
     return str(error) if isinstance(error, SalcoreError) else "not enough memory for this object"
+
+
+def show_errors(shown: dict[str, Any], errors: list[dict[str, float]]) -> None:
+    """Show figures again, with errors that have been measured by now."""
+    figures.show(**shown, **whole_errors(errors))
+    for region in sidebars(bpy.context.window_manager.windows):
+        region.tag_redraw()
+
+
+def whole_errors(errors: list[dict[str, float]]) -> dict[str, Any]:
+    """Return the errors of several geometries as figures of all their points."""
+    points = sum(error["points"] for error in errors)
+    return {
+        "max_error": max(error["max"] for error in errors),
+        "mean_error": sum(error["mean"] * error["points"] for error in errors) / points,
+        "measured": True,
+    }
+
+
+def text_of_status(stage: str, fraction: float) -> str:
+    """Return what the status bar tells about work under way."""
+    return f"{stage} {fraction:.0%}   |   Esc: cancel"
 
 
 def sidebars(windows: Any) -> list[Any]:

@@ -44,7 +44,7 @@ class OBJECT_OT_salient_levels(ModalOperator, bpy.types.Operator):
             "task": "simplify",
             "parameters": properties.parameters(self).as_dict(),
             "targets": self._targets,
-            "measurable": None,
+            "number": number,
             **sources.geometry_with_mesh(source, self),
         }
 

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import json
 from typing import Any, NamedTuple
 
 import bpy
@@ -17,6 +18,8 @@ from ..settings import properties
 from .base import SKIP_SAVE, ModalOperator
 
 MATERIAL = "Salient Colors"
+TABLE_OF_REGIONS = "salient_regions"
+"""Custom property of data: rows of the most salient regions, as JSON."""
 GROUP = "Saliency"
 LEVELS = 255
 """Steps of the weights in the vertex group: Blender is told one weight for many at once."""
@@ -33,17 +36,18 @@ class Shown(NamedTuple):
     """Name of the colour attribute."""
     label: str
     description: str
-    alpha: bool = False
-    """Whether it depends on the threshold α."""
+    option: str = ""
+    """Of `OPTIONS`, what else it depends on."""
 
 
 TABLE = (
     Shown("saliency", "saliency", "FLOAT", "Saliency Color", "Salient Show Saliency",
         "Store the saliency of every point, and show it in colour, from blue to red"),
     Shown("regions", "saliency_region", "INT", "Region Color", "Salient Show Regions",
-        "Store the region of like saliency of every point, and show each in a colour of its own"),
+        "Store the region of every point, numbered by falling saliency, and show each in colour",
+        option="by_saliency"),
     Shown("interest", "interest_point", "BOOLEAN", "Interest Color", "Salient Show Interest Points",
-        "Mark the points that a threshold keeps, and show them in red", alpha=True),
+        "Mark the points that a threshold keeps, and show them in red", option="alpha"),
 )  # fmt: skip
 
 
@@ -51,7 +55,6 @@ class ShowAttribute(ModalOperator):
     """An operator that stores something about every point and shows it."""
 
     shown: Shown
-    alpha: float
 
     def find(self, context: Any) -> list[Source]:
         """Return the selected objects' own geometries."""
@@ -68,7 +71,8 @@ class ShowAttribute(ModalOperator):
             "parameters": properties.parameters(self).as_dict(),
             **sources.geometry(source),
         }
-        return request | {"alpha": self.alpha} if self.shown.alpha else request
+        option = self.shown.option
+        return request | {option: getattr(self, option)} if option else request
 
     def commit(self, context: Any, answers: list[dict[str, Any]]) -> None:
         """Store the attributes and have the view show them."""
@@ -83,10 +87,15 @@ class ShowAttribute(ModalOperator):
             if not _has_faces(data):
                 for obj in source.objects:
                     _show_points(obj, shown.color, answer["radius"])
+            if "table" in answer:
+                data[TABLE_OF_REGIONS] = json.dumps(answer["table"])
             data.update_tag()
         _show_colors(context, all(_has_faces(source.data) for source in self._sources))
         names = ", ".join(source.object.name for source in self._sources)
         self._message = f"{names}: see the attribute {shown.color!r}"
+        if shown.task == "regions":
+            counts = ", ".join(str(answer["count"]) for answer in answers)
+            self._message = f"{names}: {counts} regions, number 0 is the most salient"
 
     def conclude(self, context: Any) -> None:
         """Tell where it is."""
@@ -95,8 +104,8 @@ class ShowAttribute(ModalOperator):
     def draw(self, context: Any) -> None:
         """Draw the panel of the last operation."""
         self.layout.use_property_split = True
-        if self.shown.alpha:
-            self.layout.prop(self, "alpha")
+        if self.shown.option:
+            self.layout.prop(self, self.shown.option)
 
 
 class OBJECT_OT_salient_vertex_group(ModalOperator, bpy.types.Operator):
@@ -140,8 +149,8 @@ class OBJECT_OT_salient_vertex_group(ModalOperator, bpy.types.Operator):
 def _operator(shown: Shown) -> Any:
     """Return the operator of one row of the table."""
     options = properties.parameter_annotations(SKIP_SAVE)
-    if shown.alpha:
-        options = {"alpha": properties.target_annotations(SKIP_SAVE)["alpha"], **options}
+    if shown.option:
+        options = {shown.option: properties.show_annotations(SKIP_SAVE)[shown.option], **options}
     return type(
         f"OBJECT_OT_salient_show_{shown.task}",
         (ShowAttribute, bpy.types.Operator),

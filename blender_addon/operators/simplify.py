@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import time
+from functools import partial
 from typing import Any
 
 import bpy
@@ -14,7 +15,7 @@ from ..geometry.topology import Reduced
 from ..settings import properties
 from ..settings.figures import figures
 from ..settings.layout import draw_kept, draw_output, draw_target
-from .base import LARGE, SKIP_SAVE, ModalOperator, sidebars
+from .base import LARGE, SKIP_SAVE, ModalOperator, show_errors, whole_errors
 
 
 class OBJECT_OT_salient_simplify(ModalOperator, bpy.types.Operator):
@@ -46,7 +47,8 @@ class OBJECT_OT_salient_simplify(ModalOperator, bpy.types.Operator):
             "task": "simplify",
             "parameters": properties.parameters(self).as_dict(),
             "targets": [properties.target(self)],
-            "measurable": number if self.measure else None,
+            "number": number,
+            "original_normals": self.original_normals,
             **sources.geometry_with_mesh(source, self),
         }
 
@@ -73,22 +75,17 @@ class OBJECT_OT_salient_simplify(ModalOperator, bpy.types.Operator):
         """Ask for the errors."""
         if not self.measure:
             return None
-        return {"task": "measure", "count": len(self._sources)}
+        failed = self._task.failures
+        numbers = [k for k in range(len(self._task.results)) if k not in failed]
+        return {"task": "measure", "numbers": numbers}
 
     def measured(self, errors: list[dict[str, float]]) -> None:
         """Take the errors of each geometry."""
-        self._errors = _whole(errors)
+        self._errors = whole_errors(errors)
 
     def later(self) -> Any:
         """Add the errors to the figures that are shown by then."""
-        shown = self._figures()
-
-        def take(errors: list[dict[str, float]]) -> None:
-            figures.show(**shown, **_whole(errors))
-            for region in sidebars(bpy.context.window_manager.windows):
-                region.tag_redraw()
-
-        return take
+        return partial(show_errors, self._figures())
 
     def _figures(self) -> dict[str, Any]:
         """Return the figures but for the errors."""
@@ -125,16 +122,6 @@ class OBJECT_OT_salient_simplify(ModalOperator, bpy.types.Operator):
             return
         draw_output(self.layout, self)
         draw_kept(self.layout, self)
-
-
-def _whole(errors: list[dict[str, float]]) -> dict[str, Any]:
-    """Return the errors of several geometries as figures of all their points."""
-    points = sum(error["points"] for error in errors)
-    return {
-        "max_error": max(error["max"] for error in errors),
-        "mean_error": sum(error["mean"] * error["points"] for error in errors) / points,
-        "measured": True,
-    }
 
 
 CLASSES: tuple[Any, ...] = (OBJECT_OT_salient_simplify,)

@@ -20,6 +20,8 @@ class Figures:
         Of the work under way; empty while there is none.
     fraction : float
         Of the work, in whole per cents.
+    preview : str
+        "shown", "apply" or "discard" while there is a preview; empty otherwise.
     title : str
         What the last result is of; empty before the first one.
     points_before, points_after : int
@@ -36,6 +38,7 @@ class Figures:
 
     stage: str = ""
     fraction: float = 0.0
+    preview: str = ""
     title: str = ""
     points_before: int = 0
     points_after: int = 0
@@ -47,6 +50,11 @@ class Figures:
     seconds: float = 0.0
     notes: str = ""
 
+    @property
+    def busy(self) -> bool:
+        """Whether work goes on, or a preview is shown."""
+        return bool(self.stage or self.preview)
+
     def tell(self, stage: str, fraction: float) -> bool:
         """Set stage and fraction; return whether the stage or the whole per cent is another."""
         fraction = int(100.0 * fraction + 1e-9) / 100.0
@@ -57,7 +65,7 @@ class Figures:
 
     def show(self, **values: object) -> None:
         """Show the figures of a new result, and no others."""
-        work = {"stage": self.stage, "fraction": self.fraction}
+        work = {"stage": self.stage, "fraction": self.fraction, "preview": self.preview}
         for field in fields(self):
             setattr(self, field.name, (work | values).get(field.name, field.default))
 

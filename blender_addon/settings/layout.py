@@ -25,7 +25,7 @@ def draw_output(layout: Any, settings: Any) -> None:
 
 
 def draw_kept(layout: Any, settings: Any) -> None:
-    """Draw the switches of what has to stay."""
+    """Draw what has to stay, and how the result is shaded."""
     column = layout.column(heading="Keep", align=True)
     for name, text in (
         ("keep_seams", "Seams"),
@@ -34,3 +34,4 @@ def draw_kept(layout: Any, settings: Any) -> None:
         ("keep_topology", "Topology"),
     ):
         column.prop(settings, name, text=text)
+    layout.prop(settings, "original_normals")

@@ -15,8 +15,12 @@ from .figures import Figures, figures
 HIDDEN = {"error_unit"}
 """Rows that a scene decides: lengths are always in its unit."""
 ROWS = tuple(row for row in TABLE if row.name not in HIDDEN)
+QUALITY = (
+    "detail", "evenness", "level", "regions_of_interest", "interest_density", "refine",
+)  # fmt: skip
+"""Rows that anyone may want to turn, in a panel of their own."""
 GROUPS = tuple(dict.fromkeys(row.group for row in ROWS))
-"""The stages in the paper's order; each is a heading of the advanced panel."""
+"""The stages in the paper's order; each is a heading of the panel of all other rows."""
 
 SOURCES = (
     ("ORIGINAL", "Original", "The object's own geometry, before its modifiers; they stay"),
@@ -102,6 +106,40 @@ def target_annotations(options: set[str]) -> dict[str, Any]:
     }
 
 
+def show_annotations(options: set[str]) -> dict[str, Any]:
+    """Return what else attributes that are shown depend on."""
+    return {
+        "alpha": _property(next(row for row in TARGETS if row.name == "alpha"), options),
+        "by_saliency": BoolProperty(
+            name="Color by Saliency",
+            description="Show regions in the colour of their mean saliency, from blue to red; "
+            "without, each has a colour of its own",
+            options=options,
+        ),
+    }
+
+
+def region_annotations(options: set[str]) -> dict[str, Any]:
+    """Return the properties that say which regions are picked, and what becomes of them."""
+    return {
+        "regions": StringProperty(
+            name="Regions",
+            description="Numbers of regions, such as 0-4 or 0 2 7: number 0 is the most salient",
+            default="0-4",
+            options=options,
+        ),
+        "into": EnumProperty(
+            items=(
+                ("GROUP", "Vertex Group", "A vertex group; an attribute of points for a cloud"),
+                ("SELECTION", "Selection", "Selected vertices, as seen in Edit Mode"),
+            ),
+            name="Into",
+            description="What becomes of the regions",
+            options=options,
+        ),
+    }
+
+
 def parameter_annotations(options: set[str]) -> dict[str, Any]:
     """Return the properties of an analysis."""
     return {row.name: _property(row, options) for row in ROWS}
@@ -125,8 +163,23 @@ def keep_annotations(options: set[str]) -> dict[str, Any]:
     return {
         "protect": StringProperty(
             name="Protect",
-            description="Vertex group, or attribute of points, whose points are never removed: "
-            "those of a weight above zero",
+            description="Vertex group, or attribute of points or faces, whose points are never "
+            "removed: those of a weight above zero",
+            options=options,
+        ),
+        "importance": StringProperty(
+            name="Importance",
+            description="Vertex group, or attribute of points or faces, such as one painted: its "
+            "weights say where more points are to stay",
+            options=options,
+        ),
+        "importance_factor": FloatProperty(
+            name="Factor",
+            description="How many times more the removal of a point of weight 1 costs: more keeps "
+            "more points there, and fewer elsewhere",
+            default=10.0,
+            min=0.0,
+            soft_max=1000.0,
             options=options,
         ),
         "keep_seams": BoolProperty(
@@ -176,6 +229,12 @@ def output_annotations(options: set[str]) -> dict[str, Any]:
             description="Hide the original, in the view and when rendered, and select the new "
             "object: they lie in one place and would flicker",
             default=True,
+            options=options,
+        ),
+        "original_normals": BoolProperty(
+            name="Original's Normals",
+            description="Shade a mesh like its original: corners get the normals of the original "
+            "surface, as custom normals",
             options=options,
         ),
         "measure": BoolProperty(
@@ -229,6 +288,8 @@ class SalientSettings(bpy.types.PropertyGroup):
         **output_annotations(set()),
         **parameter_annotations(set()),
         **level_annotations(set()),
+        **region_annotations(set()),
+        "by_saliency": show_annotations(set())["by_saliency"],
     }
 
     def use_preset(self, name: str) -> None:

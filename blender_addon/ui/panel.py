@@ -10,13 +10,15 @@ import bpy
 from bl_operators.presets import AddPresetBase
 from bl_ui.utils import PresetPanel
 
-from ..operators import levels, live, measure, show, simplify, work
+from ..operators import levels, live, measure, pick, preview, show, simplify, work
 from ..settings import properties
 from ..settings.figures import figures
 from ..settings.layout import draw_kept, draw_output, draw_target
 
 PRESETS = "salient_simplify"
 """Folder of the presets, in Blender's preset folders."""
+SHOWN_ABOVE = ("placement", *properties.QUALITY)
+"""Parameters that other panels draw."""
 NO_FIGURE = "\N{EN DASH}"
 PRESET_PATH = str(Path(__file__).parents[1])
 
@@ -46,23 +48,47 @@ class VIEW3D_PT_salient(_Panel, bpy.types.Panel):
         row.scale_y = 1.4  # for both, so that nothing moves when work begins or ends
         if busy:
             row.progress(factor=figures.fraction, text=f"{figures.stage} (Esc: cancel)")
+        elif figures.preview:
+            end = preview.OBJECT_OT_salient_preview_end.bl_idname
+            row.operator(end, text="Apply").apply = True
+            row.operator(end, text="Discard").apply = False
         else:
             row.operator(simplify.OBJECT_OT_salient_simplify.bl_idname, text="Simplify")
+            row.operator(preview.OBJECT_OT_salient_preview.bl_idname, text="Preview")
         column = layout.column()
-        column.enabled = not busy
+        column.enabled = not figures.busy
         column.use_property_split = True
         column.use_property_decorate = False
         draw_output(column, settings)
-        draw_kept(column, settings)
-        self._draw_protect(column, context, settings)
         _draw_figures(layout.box().column(align=True), context)
+
+
+class VIEW3D_PT_salient_quality(_Panel, bpy.types.Panel):
+    """What has to stay, and where points matter more"""
+
+    bl_label = "Quality"
+    bl_parent_id = "VIEW3D_PT_salient"
+
+    def draw(self, context: Any) -> None:
+        """Draw switches, weights and the parameters that anyone may want to turn."""
+        layout, settings = self.layout, context.scene.salient_simplify
+        layout.enabled = not figures.busy
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        draw_kept(layout, settings)
+        self._draw_protect(layout, context, settings)
+        for name in properties.QUALITY:
+            layout.prop(settings, name)
 
     def _draw_protect(self, layout: Any, context: Any, settings: Any) -> None:
         obj = context.object
-        if obj is not None and obj.type == "MESH":
-            layout.prop_search(settings, "protect", obj, "vertex_groups")
-        elif obj is not None and obj.type == "POINTCLOUD":
-            layout.prop_search(settings, "protect", obj.data, "attributes")
+        for name in ("protect", "importance"):
+            if obj is not None and obj.type == "MESH":
+                layout.prop_search(settings, name, obj, "vertex_groups")
+            elif obj is not None and obj.type == "POINTCLOUD":
+                layout.prop_search(settings, name, obj.data, "attributes")
+        if settings.importance:
+            layout.prop(settings, "importance_factor")
 
 
 def _draw_figures(column: Any, context: Any) -> None:
@@ -99,14 +125,21 @@ class VIEW3D_PT_salient_more(_Panel, bpy.types.Panel):
 
     def draw(self, context: Any) -> None:
         """Draw the other operators."""
-        self.layout.enabled = not figures.stage
+        self.layout.enabled = not figures.busy
         column = self.layout.column(align=True)
         for kind in show.CLASSES:
             column.operator(kind.bl_idname, text=_short(kind))
+        settings = context.scene.salient_simplify
+        column = self.layout.column()
+        column.prop(settings, "by_saliency")
+        row = column.row(align=True)
+        row.prop(settings, "regions", text="")
+        row.prop(settings, "into", text="")
+        column.operator(pick.OBJECT_OT_salient_pick_regions.bl_idname, text="Pick Regions")
         column = self.layout.column()
         column.operator(live.OBJECT_OT_salient_live.bl_idname, text="Live Simplify")
         for name in ("levels_by", "ratios", "arrange"):
-            column.prop(context.scene.salient_simplify, name)
+            column.prop(settings, name)
         column.operator(levels.OBJECT_OT_salient_levels.bl_idname, text="Levels of Detail")
         column.operator(measure.OBJECT_OT_salient_measure.bl_idname, text="Measure Error")
 
@@ -132,9 +165,9 @@ class OBJECT_OT_salient_preset_add(AddPresetBase, bpy.types.Operator):
 
 
 class VIEW3D_PT_salient_advanced(_Panel, bpy.types.Panel):
-    """Parameters of the analysis, in the paper's order"""
+    """All other parameters, in the paper's order"""
 
-    bl_label = "Advanced"
+    bl_label = "Paper"
     bl_parent_id = "VIEW3D_PT_salient"
     bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012 - Blender reads the class attribute
 
@@ -145,7 +178,7 @@ class VIEW3D_PT_salient_advanced(_Panel, bpy.types.Panel):
     def draw(self, context: Any) -> None:
         """Draw the parameters, grouped."""
         layout, settings = self.layout, context.scene.salient_simplify
-        layout.enabled = not figures.stage
+        layout.enabled = not figures.busy
         layout.use_property_split = True
         layout.use_property_decorate = False
         for group in properties.GROUPS:
@@ -153,7 +186,7 @@ class VIEW3D_PT_salient_advanced(_Panel, bpy.types.Panel):
             header.label(text=group)
             if body is not None:
                 for row in properties.ROWS:
-                    if row.group == group:
+                    if row.group == group and row.name not in SHOWN_ABOVE:
                         body.prop(settings, row.name)
 
 
@@ -168,7 +201,14 @@ class VIEW3D_MT_salient(bpy.types.Menu):
             self.layout.operator(kind.bl_idname, text=_short(kind))
 
 
-OPERATORS = simplify.CLASSES + levels.CLASSES + live.CLASSES + show.CLASSES + measure.CLASSES
+OPERATORS = (
+    *simplify.CLASSES,
+    *levels.CLASSES,
+    *live.CLASSES,
+    *show.CLASSES,
+    *pick.CLASSES,
+    *measure.CLASSES,
+)
 
 
 def _short(kind: Any) -> str:
@@ -183,6 +223,7 @@ def _draw_menu(self: Any, context: Any) -> None:
 
 CLASSES: tuple[Any, ...] = (
     VIEW3D_PT_salient,
+    VIEW3D_PT_salient_quality,
     VIEW3D_PT_salient_more,
     VIEW3D_PT_salient_presets,
     OBJECT_OT_salient_preset_add,

@@ -10,7 +10,7 @@ having to be told.
 from __future__ import annotations
 
 import hashlib
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,11 +28,15 @@ MAX_KEPT_POINTS = 3_000_000
 """Points that kept analyses may have together; the last one is kept whatever it has."""
 ANALYSIS_SHARE = 0.4
 """Of the time of a simplification, about."""
+MAX_ROWS = 100
+"""Rows of the table of regions that are handed over: the most salient ones."""
 INTEREST_COLOR, OTHER_COLOR = (0.9, 0.1, 0.05), (0.35, 0.35, 0.38)
 
 _analyses: dict[bytes, Analysis] = {}
-_unmeasured: list[list[Simplification]] = []
-"""The last simplifications whose errors may be asked for, by request."""
+_prepared: dict[int, _Prepared] = {}
+"""What the last simplifications were cut from, by number."""
+_unmeasured: dict[int, list[Simplification]] = {}
+"""The last simplifications themselves."""
 
 
 def run(request: dict[str, Any], progress: Callback | None = None) -> Any:
@@ -61,6 +65,7 @@ def forget() -> None:
     """Forget all that is kept."""
     _analyses.clear()
     _unmeasured.clear()
+    _prepared.clear()
 
 
 def simplify(
@@ -71,7 +76,9 @@ def simplify(
     parameters: dict[str, Any],
     targets: list[dict[str, float]],
     protect: Any,
-    measurable: int | None,
+    importance: Any,
+    number: int,
+    original_normals: bool = False,
     work: Progress,
     **kept: bool,
 ) -> dict[str, Any]:
@@ -87,9 +94,12 @@ def simplify(
     targets : list of dict
         One argument each of `Analysis.simplify`.
     protect : (n,) bool or None
-    measurable : int or None
-        Position among the requests whose errors `measure` will be asked for together; the first
-        one forgets the last ones. None for no errors.
+    importance : (n,) float64 or None
+    number : int
+        Position among the requests that belong together, which `cut` and `measure` may be asked
+        for; number 0 forgets earlier ones.
+    original_normals : bool
+        Whether corners get normals of the original surface.
     **kept : bool
         "keep_seams", "keep_sharp", "keep_border" and "keep_topology".
 
@@ -98,37 +108,85 @@ def simplify(
     dict
         "levels": of `Reduced`, one for each target; "triangles": of the input.
     """
+    if number == 0:
+        _prepared.clear()
+        _unmeasured.clear()
     shape = None if mesh is None else MeshArrays(**mesh)
     faces = None if shape is None or not len(shape.first) else shape.faces
     analysis = _analysis(points, faces, normals, parameters, work, ANALYSIS_SHARE)
-    constraints = {"protect": protect, **_constraints(analysis, shape, **kept)}
-    if not measurable:
-        _unmeasured.clear()
+    constraints = {
+        "protect": protect,
+        "importance": importance,
+        **_constraints(analysis, shape, **kept),
+    }
+    valid = int(np.isfinite(points).all(axis=1).sum())
+    prepared = _Prepared(analysis, shape, faces, valid, constraints, original_normals)
+    _prepared[number] = prepared
+    return _cut(prepared, number, targets, ANALYSIS_SHARE, work)
+
+
+class _Prepared(NamedTuple):
+    """What further targets are cut from.
+
+    Attributes
+    ----------
+    analysis : Analysis
+    mesh : MeshArrays or None
+    faces : (F, 3) int32 or None
+    valid : int
+        Points that are finite.
+    constraints : dict
+        Arguments of `Analysis.simplify`.
+    original_normals : bool
+    """
+
+    analysis: Analysis
+    mesh: MeshArrays | None
+    faces: NDArray[np.int32] | None
+    valid: int
+    constraints: dict[str, Any]
+    original_normals: bool
+
+
+def cut(*, number: int, targets: list[dict[str, float]], work: Progress) -> dict[str, Any]:
+    """Answer a request of `simplify` of this number again, with other targets."""
+    if number not in _prepared:
+        raise SalcoreError("the worker process has forgotten this object; begin again")
+    return _cut(_prepared[number], number, targets, 0.0, work)
+
+
+def _cut(
+    prepared: _Prepared, number: int, targets: list[dict[str, float]], begun: float, work: Progress
+) -> dict[str, Any]:
+    """Cut to several targets; `begun` is the share of the work that is done."""
+    mesh, faces = prepared.mesh, prepared.faces
     levels, done = [], []
     for k, target in enumerate(targets):
         # The first target waits for the order of elimination, the others have it.
-        begin = ANALYSIS_SHARE if k == 0 else 0.9 + 0.1 * k / len(targets)
+        begin = begun if k == 0 else 0.9 + 0.1 * k / len(targets)
         end = 0.9 + 0.1 * (k + 1) / len(targets)
+        aim = _at_most(target, prepared.valid)
         part = work.portion(begin, end)
-        result = analysis.simplify(progress=part, **constraints, **_at_most(target, points))
+        result = prepared.analysis.simplify(progress=part, **prepared.constraints, **aim)
         work.part(end, end, "Attributes")
-        left = None if shape is None else topology.simplified(shape, result)
+        left = None if mesh is None else topology.simplified(mesh, result)
         triangles = 0 if result.faces is None else len(result.faces)
+        normals = None
+        if left is not None and triangles and prepared.original_normals:
+            normals = result.transfer_normals().reshape(-1, 3)[left.triangle_corners]
         notes = [*result.notes, *_lost_faces(faces, triangles, target)]
-        if "count" in target and len(result.indices) < target["count"]:
-            notes.append(f"It has {len(result.indices)} points, which is fewer than asked for")
-        levels.append(Reduced(result.indices, result.positions, left, triangles, notes).as_dict())
+        if aim != target:
+            notes.append(f"It has {prepared.valid} points, which is fewer than asked for")
+        left_over = Reduced(result.indices, result.positions, left, triangles, normals, notes)
+        levels.append(left_over.as_dict())
         done.append(result)
-    if measurable is not None:
-        _unmeasured.append(done)
+    _unmeasured[number] = done
     return {"levels": levels, "triangles": 0 if faces is None else len(faces)}
 
 
-def _at_most(target: dict[str, float], points: Any) -> dict[str, float]:
+def _at_most(target: dict[str, float], valid: int) -> dict[str, float]:
     """Return a target with a count that the points reach: a selection has one for all objects."""
-    if "count" not in target:
-        return target
-    return {"count": min(target["count"], int(np.isfinite(points).all(axis=1).sum()))}
+    return {"count": min(target["count"], valid)} if "count" in target else target
 
 
 def _lost_faces(faces: Any, left: int, target: dict[str, float]) -> list[str]:
@@ -140,18 +198,16 @@ def _lost_faces(faces: Any, left: int, target: dict[str, float]) -> list[str]:
     return ["No face is left; keep more points"]
 
 
-def measure(*, count: int | None = None, work: Progress) -> list[dict[str, float]]:
-    """Measure the errors of the last simplifications, all or `count` requests of them.
+def measure(*, numbers: list[int], work: Progress) -> list[dict[str, float]]:
+    """Measure the errors of the last simplifications of these numbers.
 
     Returns "max", "mean" and "points" of each.
     """
-    chosen = _unmeasured if count is None else _unmeasured[len(_unmeasured) - count :]
-    waiting = [result for results in chosen for result in results]
+    waiting = [result for number in numbers for result in _unmeasured.get(number, ())]
     found = []
     for k, result in enumerate(waiting):
         errors = result.measure(work.portion(k / len(waiting), (k + 1) / len(waiting))).surface
         found.append({"max": errors.max, "mean": errors.mean, "points": len(result.source)})
-    _unmeasured.clear()
     return found
 
 
@@ -174,6 +230,7 @@ def rank(
     mesh: dict[str, Any] | None,
     parameters: dict[str, Any],
     protect: Any,
+    importance: Any,
     work: Progress,
     **kept: bool,
 ) -> dict[str, Any]:
@@ -188,7 +245,11 @@ def rank(
     shape = None if mesh is None else MeshArrays(**mesh)
     faces = None if shape is None or not len(shape.first) else shape.faces
     analysis = _analysis(points, faces, normals, parameters, work, ANALYSIS_SHARE)
-    constraints = {"protect": protect, **_constraints(analysis, shape, **kept)}
+    constraints = {
+        "protect": protect,
+        "importance": importance,
+        **_constraints(analysis, shape, **kept),
+    }
     part = work.portion(ANALYSIS_SHARE, 1.0)
     ranking = analysis.ranking(progress=part, **constraints)
     corner, apart = None, None
@@ -216,13 +277,27 @@ def saliency(
 
 
 def regions(
-    *, points: Any, faces: Any, normals: Any, parameters: dict[str, Any], work: Progress
+    *,
+    points: Any,
+    faces: Any,
+    normals: Any,
+    parameters: dict[str, Any],
+    by_saliency: bool = False,
+    work: Progress,
 ) -> dict[str, Any]:
-    """Return the region of every point, and a colour for each region."""
+    """Return the region of every point, a colour for each region, and the table of regions.
+
+    Regions have colours of their own, or those of their mean saliency. "table" has the rows of
+    `Analysis.region_table`, the most salient first.
+    """
     analysis = _analysis(points, faces, normals, parameters, work, 0.9)
     work.part(0.9, 1.0, "Regions")
-    values = analysis.regions
-    return _shown(points, values.astype(np.int32), salcore.region_colors(values))
+    values, table = analysis.regions, analysis.region_table
+    colors = salcore.region_colors(values)
+    if by_saliency:
+        colors = salcore.saliency_colors(np.append(table.mean, 0.0)[values])
+    answer = _shown(points, values.astype(np.int32), colors)
+    return answer | {"table": table.as_dicts()[:MAX_ROWS], "count": len(table)}
 
 
 def interest(
@@ -243,7 +318,8 @@ def interest(
 
 
 TASKS = {
-    task.__name__: task for task in (simplify, measure, compare, rank, saliency, regions, interest)
+    task.__name__: task
+    for task in (simplify, cut, measure, compare, rank, saliency, regions, interest)
 }
 
 

@@ -5,6 +5,8 @@ command
     Run a subcommand and return the exit status.
 options
     Define the options.
+indices
+    Write which points are kept, and what stands for the others.
 figures
     Format reports as text.
 picture

@@ -18,8 +18,9 @@ from salcore.options import given_options
 
 from ..errors import FileError, Warn, ignore
 from ..io import files
-from ..io.documents import Document, open_document
+from ..io.documents import Document, open_document, open_documents, open_layers
 from ..io.headers import PROJECT
+from ..io.scans import EACH
 from ..io.staging import write_text
 from ..io.supervise import FAILURE
 from ..parameters import Callback, check_not_empty, make_parameters
@@ -41,6 +42,8 @@ def main(arguments: list[str] | None = None) -> int:
     """
     options = make_parser(_COMMANDS).parse_args(arguments)
     try:
+        if isinstance(getattr(options, "input", None), list):
+            options.input = files.matching(options.input)
         options.run(options)
         sys.stdout.flush()
     except salcore.MemoryLimitError as error:
@@ -107,7 +110,7 @@ def _open(options: argparse.Namespace) -> Document:
 
 def _open_input(options: argparse.Namespace, outputs: list[Path]) -> Document:
     """Open the input for writing to these outputs."""
-    document = open_document(
+    document = open_documents(
         options.input, options.layer, _warn(options), outputs=outputs, columns=options.columns
     )
     as_points = getattr(options, "points", False) or getattr(options, "alpha", None) is not None
@@ -122,10 +125,10 @@ def _check_outputs(
 ) -> None:
     """Refuse outputs that would overwrite a file or one another."""
     for path in meshes:
-        files.check_output(path, [options.input], force=options.force)
+        files.check_output(path, options.input, force=options.force)
     given = [path for path in reports if path is not None]
     for path in given:
-        _check_report(path, [options.input], force=options.force)
+        _check_report(path, options.input, force=options.force)
     seen: set[Path] = set()
     for path in (*meshes, *given):
         if path.absolute() in seen:
@@ -149,7 +152,21 @@ def _analyze(
 
 
 def _simplify(options: argparse.Namespace) -> None:
+    if options.layer == EACH:
+        _simplify_each(options)
+        return
     document = _open(options)
+    report, result = _simplify_one(document, options.output, options)
+    if options.indices is not None:
+        write_indices(options.indices, result)
+    if options.report is not None:
+        write_text(options.report, json.dumps(report, indent=2))
+
+
+def _simplify_one(
+    document: Document, output: Path, options: argparse.Namespace
+) -> tuple[dict[str, Any], salcore.Simplification]:
+    """Simplify a document into a file, and return the report and the result."""
     target = given_options(options, salcore.TARGETS)
     constraints = _constraints(document, options)
     with _progress(options.quiet) as progress:
@@ -158,14 +175,32 @@ def _simplify(options: argparse.Namespace) -> None:
         check_not_empty(result)
         if not options.no_errors:
             result.measure(progress)
-    _write(document, analysis, result, options.output, options)
-    if options.indices is not None:
-        write_indices(options.indices, result)
+    _write(document, analysis, result, output, options)
     report = result.make_report(errors=not options.no_errors).as_dict()
-    if options.report is not None:
-        write_text(options.report, json.dumps(report, indent=2))
     if not options.quiet:
         print(format_report(report))
+    return report, result
+
+
+def _simplify_each(options: argparse.Namespace) -> None:
+    """Simplify each layer of a file on its own, to a file each."""
+    if len(options.input) > 1 or "{}" not in options.output.name or options.indices is not None:
+        raise salcore.ParameterError(
+            "--layer each: name one input, an output with {} for the layer's number, such as "
+            "part_{}.ply, and no --indices"
+        )
+    files.check_format(options.output)
+    path, output = options.input[0], options.output
+    documents = open_layers(path, _warn(options), output=output, columns=options.columns)
+    names = [output.with_name(output.name.replace("{}", str(k))) for k in range(len(documents))]
+    _check_outputs(names, [options.report], options)
+    reports = {}
+    for name, document in zip(names, documents, strict=True):
+        if not options.quiet:
+            print(f"{name.name}: {document.label}")
+        reports[name.name], _ = _simplify_one(document, name, options)
+    if options.report is not None:
+        write_text(options.report, json.dumps(reports, indent=2))
 
 
 def _write(
@@ -264,7 +299,7 @@ def _write_map(
     if options.picture is not None:
         points, faces, _ = document.arrays
         shape = (points, faces, analysis.normals)
-        panels = [Panel(options.input.name, *shape), Panel(title, *shape, colors)]
+        panels = [Panel(options.input[0].name, *shape), Panel(title, *shape, colors)]
         save_picture(options.picture, [panels], up=options.up)
 
 

@@ -3,19 +3,18 @@
 
 from __future__ import annotations
 
+import importlib.util
 import json
 from pathlib import Path
 from typing import Any
 
-import pymeshlab
-
 import salcore
 
-from .. import bridge, filters
 from ..errors import FileError
-from ..io import files
-from ..io.save import save_mesh
+from ..io.documents import LayerDocument
+from ..io.formats import reader
 from ..io.staging import write_text
+from ..parameters import Callback
 from .picture import Panel, save_picture
 
 SCANS = {"bunny": "bunny10k_textured.obj", "face": "rangemaps/face000.ply"}
@@ -26,10 +25,21 @@ ALPHA = 30.0
 
 def sample(name: str) -> Path:
     """Return the path of a sample mesh in pymeshlab's installation."""
-    path = Path(pymeshlab.__file__).parent / "tests" / "sample_meshes" / name
+    # The scans alone are wanted: the library itself cannot be loaded on every machine.
+    found = importlib.util.find_spec("pymeshlab")
+    if found is None or found.origin is None:
+        raise FileError("the demo's scans come with pymeshlab: install salient-simplify[meshlab]")
+    path = Path(found.origin).parent / "tests" / "sample_meshes" / name
     if not path.exists():
         raise FileError(f"{path}: pymeshlab came without its sample meshes; reinstall it")
     return path
+
+
+def _open(path: Path) -> LayerDocument:
+    """Open one of the scans."""
+    module = reader(path)
+    assert module is not None
+    return LayerDocument(path, module.read(path)[0])
 
 
 def panels(
@@ -56,7 +66,7 @@ def panels(
     ]
 
 
-def run(folder: Path, progress: filters.Callback | None = None) -> dict[str, Any]:
+def run(folder: Path, progress: Callback | None = None) -> dict[str, Any]:
     """Analyse and simplify both scans into `folder`, and return the reports.
 
     For each scan: `NAME_saliency.ply`, `NAME_regions.ply` and `NAME_simplified.ply`; for both
@@ -68,21 +78,21 @@ def run(folder: Path, progress: filters.Callback | None = None) -> dict[str, Any
         raise FileError(f"{folder}: is a file, or in one; name a folder") from error
     reports, rows = {}, []
     for name, file in SCANS.items():
-        mesh_set = files.load(sample(file))
-        points, faces, normals = bridge.read(mesh_set.current_mesh())
+        scan = _open(sample(file))
+        points, faces, normals = scan.arrays
         analysis = salcore.analyze(points, faces, normals, progress=progress)
         result = analysis.simplify(alpha=ALPHA)
         reports[name] = result.report.as_dict()
         rows.append(panels(name, points, faces, analysis, result))
-        bridge.set_scalar(mesh_set, analysis.saliency, "saliency")
-        bridge.set_colors(mesh_set, salcore.saliency_colors(analysis.saliency))
-        save_mesh(mesh_set, folder / f"{name}_saliency.ply")
-        bridge.add_simplified(mesh_set, mesh_set.current_mesh(), result, name)
-        save_mesh(mesh_set, folder / f"{name}_simplified.ply")
-        mesh_set.set_current_mesh(0)
-        bridge.set_scalar(mesh_set, analysis.regions, "region")
-        bridge.set_colors(mesh_set, salcore.region_colors(analysis.regions))
-        save_mesh(mesh_set, folder / f"{name}_regions.ply")
+        for kind, values, colors in (
+            ("saliency", analysis.saliency, salcore.saliency_colors(analysis.saliency)),
+            ("regions", analysis.regions, salcore.region_colors(analysis.regions)),
+        ):
+            scan.write_map(values, kind, colors, folder / f"{name}_{kind}.ply", force=True)
+        simplified = folder / f"{name}_simplified.ply"
+        scan.write_simplified(
+            result, simplified, normals=analysis.normals, with_faces=False, force=True
+        )
     save_picture(folder / "demo.png", rows)
     write_text(folder / "report.json", json.dumps(reports, indent=2))
     return reports

@@ -92,9 +92,18 @@ def make_parser(runs: Mapping[str, Callable[[argparse.Namespace], None]]) -> Par
 
 def _add_files(command: argparse.ArgumentParser) -> None:
     """Add input, output and the options of an analysis."""
-    command.add_argument("input", type=Path, help="mesh file, or MeshLab project (.mlp)")
+    command.add_argument(
+        "input",
+        nargs="+",
+        help="mesh, cloud, scene or MeshLab project (.mlp); several files, or a pattern such as "
+        "'scans/*.laz', are taken as one",
+    )
     command.add_argument("output", type=Path, help="file to write, of any format MeshLab writes")
-    command.add_argument("--layer", metavar="NAME", help="layer of a project, by name or number")
+    command.add_argument(
+        "--layer",
+        metavar="NAME",
+        help="layer, by name or number; all as one, or each to a file of its own",
+    )
     command.add_argument(
         "--columns",
         metavar="NAMES",

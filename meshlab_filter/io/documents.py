@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 import salcore
 
-from ..errors import FileError, Warn
-from . import formats
-from .files import check_input
+from ..errors import FileError, Warn, ignore
+from . import formats, las
+from .files import check_input, load_meshlab
 from .layer import Floats, Layer
-from .scans import merge
+from .scans import ALL, merge
 from .wedges import corner_layers
 from .write import write_layer
 
@@ -56,6 +56,39 @@ class Document(Protocol):
         """Write the layer with values as its quality, and colours."""
 
 
+def open_documents(
+    paths: list[Path],
+    layer: str | None,
+    warn: Warn,
+    *,
+    outputs: list[Path],
+    columns: str | None = None,
+) -> Document:
+    """Open one file, or several as one; for the parameters see `open_document`.
+
+    Raises
+    ------
+    FileError
+        If a file cannot be read, or is of a format that is not read together with others.
+    """
+    if len(paths) == 1:
+        return open_document(paths[0], layer, warn, outputs=outputs, columns=columns)
+    for output in outputs:
+        if formats.writer(output) is None:
+            raise FileError(f"{output}: several files are written as one such as .ply or .obj")
+    layers = []
+    for path in paths:
+        document = open_document(path, layer, warn, columns=columns)
+        if not isinstance(document, LayerDocument):
+            known = ", ".join(sorted(formats.READERS))
+            raise FileError(f"{path}: files that are taken as one are of {known}")
+        layers.append(document.layer)
+    whole = merge(layers, paths[0].stem)
+    if all(path.suffix.lower() in (".las", ".laz") for path in paths):
+        whole = las.join(layers, whole)
+    return LayerDocument(paths[0], whole, warn)
+
+
 def open_document(
     path: Path,
     layer: str | None,
@@ -86,15 +119,16 @@ def open_document(
         If the file cannot be read, or has no such layer.
     """
     check_input(path)
+    if formats.is_hopeless(path):
+        raise FileError(f"{path}: {formats.unknown(path)}")
     module = formats.reader(path)
     text = path.suffix.lower() in formats.TEXT
     if columns is not None and not text:
         raise FileError(f"--columns: is for text such as .xyz and .csv; leave it out for {path}")
     foreign = not all(formats.writer(output) for output in outputs or [])
     if module is None or (foreign and path.suffix.lower() in formats.MESHES):
-        from .mesh_document import MeshDocument
-
-        return MeshDocument.load(path, layer, warn, option)
+        loaded: Document = _mesh_document(path).load(path, layer, warn, option)
+        return loaded
     said: list[str] = []  # where a file is refused, that alone is said
     options = {"columns": columns} if text else {}
     layers = module.read(path, said.append, **options)
@@ -102,20 +136,28 @@ def open_document(
     for message in said:
         warn(message)
     if foreign:
-        from .mesh_document import MeshDocument
-
-        return MeshDocument.from_layer(path, document.layer, warn)
+        made: Document = _mesh_document(path).from_layer(path, document.layer, warn)
+        return made
     return document
+
+
+def _mesh_document(path: Path) -> Any:
+    """Return the class of documents that need MeshLab; raise a `FileError` without it."""
+    load_meshlab(path)
+    from .mesh_document import MeshDocument
+
+    return MeshDocument
 
 
 def choose(layers: list[Layer], name: str | None, path: Path, warn: Warn, option: str) -> Layer:
     """Return the layer of a name or number; without one all of them as one cloud."""
-    if name is None:
+    if name in (None, ALL):
         if len(layers) > 1:
-            warn(
-                f"{path}: its {len(layers)} scans were merged, with a column that numbers them; "
-                f"choose one with {option}"
-            )
+            if all(layer.faces is None for layer in layers):
+                what = f"{len(layers)} scans were merged, with a column that numbers them"
+            else:
+                what = f"{len(layers)} parts were merged, each as a group, with one budget for all"
+            warn(f"{path}: its {what}; choose one with {option}")
         return merge(layers, path.stem)
     for number, layer in enumerate(layers):
         if name in (layer.label, str(number)):
@@ -126,10 +168,23 @@ def choose(layers: list[Layer], name: str | None, path: Path, warn: Warn, option
     )
 
 
+def open_layers(
+    path: Path, warn: Warn, *, output: Path, columns: str | None = None
+) -> list[Document]:
+    """Open each layer of a file on its own; for the parameters see `open_document`."""
+    check_input(path)
+    module = formats.reader(path)
+    if module is None or formats.writer(output) is None:
+        documents: list[Document] = _mesh_document(path).load_each(path, warn)
+        return documents
+    options = {"columns": columns} if columns is not None else {}
+    return [LayerDocument(path, layer, warn) for layer in module.read(path, warn, **options)]
+
+
 class LayerDocument:
     """A layer that was read without MeshLab."""
 
-    def __init__(self, path: Path, layer: Layer, warn: Warn) -> None:
+    def __init__(self, path: Path, layer: Layer, warn: Warn = ignore) -> None:
         if not len(layer.points):
             raise FileError(f"{path}: holds no points; it may be damaged or of another format")
         invalid = np.count_nonzero(~np.isfinite(layer.points).all(axis=1))

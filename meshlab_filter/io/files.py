@@ -3,13 +3,35 @@
 
 from __future__ import annotations
 
+import glob
 import os
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from ..errors import FileError, Warn, ignore
 from . import formats
 from .headers import PROJECT, check_complete, declared_vertices, unread_properties
+
+
+def matching(names: Sequence[str]) -> list[Path]:
+    """Return the files that names and patterns stand for, those of a pattern in order.
+
+    Raises
+    ------
+    FileError
+        If nothing matches a pattern.
+    """
+    paths: list[Path] = []
+    for name in names:
+        if os.path.lexists(name) or not glob.has_magic(name):
+            paths.append(Path(name))
+            continue
+        found = sorted(glob.glob(name, recursive=True))
+        if not found:
+            raise FileError(f"{name}: no file matches this pattern")
+        paths += map(Path, found)
+    return list(dict.fromkeys(paths))
 
 
 def check_input(path: Path) -> None:
@@ -33,6 +55,30 @@ def check_input(path: Path) -> None:
     check_complete(path)
 
 
+def load_meshlab(path: Path) -> None:
+    """Load MeshLab's library, which a file needs.
+
+    Raises
+    ------
+    FileError
+        If it is not installed, or the system lacks what it needs.
+    """
+    try:
+        import pymeshlab  # noqa: F401
+    except ImportError as error:
+        if isinstance(error, ModuleNotFoundError):
+            remedy = "install it with pip install 'salient-simplify[meshlab]'"
+        else:
+            remedy = (
+                f"and it cannot be loaded here ({error}); install the system's OpenGL library, on "
+                "Debian and Ubuntu with apt install libgl1 libopengl0"
+            )
+        raise FileError(
+            f"{path}: {path.suffix or 'such'} files need MeshLab's library; {remedy}. Without it "
+            f"there are {', '.join(sorted(formats.WRITERS))}"
+        ) from error
+
+
 def load(path: Path, warn: Warn = ignore) -> Any:
     """Load a mesh file, or a project with all its layers, into a new `pymeshlab.MeshSet`.
 
@@ -48,6 +94,7 @@ def load(path: Path, warn: Warn = ignore) -> Any:
         If the file is missing, a folder, unreadable, truncated or not understood.
     """
     check_input(path)
+    load_meshlab(path)
     from . import pymeshlab_io
 
     mesh_set = pymeshlab_io.load(path)
@@ -136,11 +183,15 @@ def check_format(path: Path) -> None:
     ending = path.suffix.lower()
     if ending == PROJECT or formats.writer(path) is not None:
         return
+    if not ending:
+        raise FileError(f"{path}: the name has no ending; choose a format such as .ply or .obj")
+    load_meshlab(path)
     from . import pymeshlab_io
 
     if not pymeshlab_io.writes(ending):
-        what = f"MeshLab does not write {ending} files" if ending else "the name has no ending"
-        raise FileError(f"{path}: {what}; choose a format such as .ply or .obj")
+        raise FileError(
+            f"{path}: MeshLab does not write {ending} files; choose a format such as .ply or .obj"
+        )
 
 
 def check_holds_faces(path: Path) -> None:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import copy
+import dataclasses
 from pathlib import Path
 from typing import Any
 
@@ -57,6 +58,36 @@ def read(path: Path, warn: Warn = ignore) -> list[Layer]:
     points = np.column_stack([columns[name] for name in XYZ])
     rows = np.arange(len(points), dtype=np.int64)
     return [Layer(path.stem, points, columns, origin=las, rows=rows)]
+
+
+def join(layers: list[Layer], whole: Layer) -> Layer:
+    """Return several clouds as one with the records of all, if they are of one format and scale."""
+    first = layers[0].origin
+    for layer in layers:
+        header = layer.origin.header
+        if header.point_format != first.header.point_format or not np.array_equal(
+            header.scales, first.header.scales
+        ):
+            return whole
+    las = required("laspy", Path("several.las")).LasData(copy.deepcopy(first.header))
+    points = [layer.origin.points for layer in layers]
+    shifts = [
+        np.round((p.offsets - first.header.offsets) / first.header.scales).astype(np.int64)
+        for p in points
+    ]
+    array = np.concatenate([p.array for p in points])
+    at = 0
+    for part, shift in zip(points, shifts, strict=True):
+        for axis, name in enumerate(RAW):
+            moved = part.array[name].astype(np.int64) + shift[axis]
+            if np.abs(moved).max(initial=0) >= 2**31:
+                return whole
+            array[name][at : at + len(part)] = moved
+        at += len(part)
+    las.points = type(points[0])(
+        array, points[0].point_format, scales=points[0].scales, offsets=points[0].offsets
+    )
+    return dataclasses.replace(whole, origin=las, rows=np.arange(len(array), dtype=np.int64))
 
 
 def _read(laspy: Any, path: Path) -> Any:
@@ -166,5 +197,5 @@ def _wide(values: NDArray[Any]) -> NDArray[np.uint16]:
         return values.astype(np.uint16) * np.uint16(257)
     if values.dtype.kind == "f":
         share = np.clip(np.nan_to_num(values), 0.0, 1.0)
-        return np.round(65535.0 * share).astype(np.uint16)
+        return np.asarray(np.round(65535.0 * share), dtype=np.uint16)
     return values.astype(np.uint16)

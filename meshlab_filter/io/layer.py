@@ -50,6 +50,8 @@ class Layer:
         Number of each point among those of `origin`; None where `origin` holds no points.
     materials : tuple of Material
         What the numbers in the column `material` of the faces stand for.
+    images : dict of bytes
+        Those of `textures` that are inside of the file, as they are.
     """
 
     label: str
@@ -62,6 +64,7 @@ class Layer:
     textures: tuple[str, ...] = ()
     rows: NDArray[np.int64] | None = None
     materials: tuple[Material, ...] = ()
+    images: dict[str, bytes] = field(default_factory=dict)
 
     @property
     def normals(self) -> Floats | None:
@@ -140,3 +143,8 @@ def are_split(points: Floats) -> bool:
     """Return whether several points lie at one place, as where files split vertices."""
     order = np.lexsort(points.T)
     return bool((points[order[1:]] == points[order[:-1]]).all(axis=1).any())
+
+
+def is_opaque(name: str, values: NDArray[Any]) -> bool:
+    """Return whether a column says of all points or faces that they are opaque."""
+    return name == "alpha" and values.dtype == np.uint8 and bool((values == 255).all())

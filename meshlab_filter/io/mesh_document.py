@@ -13,13 +13,14 @@ from numpy.typing import NDArray
 import salcore
 
 from .. import bridge
-from ..errors import Warn
+from ..errors import Warn, ignore
 from . import formats
 from .files import choose_layer, load
 from .headers import PROJECT
 from .layer import RGB, Floats, Layer
 from .projects import save_project
 from .save import save_mesh
+from .scans import ALL
 from .write import write_layer
 
 
@@ -55,8 +56,17 @@ class MeshDocument:
     def load(cls, path: Path, layer: str | None, warn: Warn, option: str) -> MeshDocument:
         """Load a file or project and choose a layer."""
         mesh_set = load(path, warn)
-        choose_layer(mesh_set, layer, warn, option)
+        if layer == ALL and mesh_set.mesh_number() > 1:
+            bridge.merge_layers(mesh_set, path.stem)
+        else:
+            choose_layer(mesh_set, None if layer == ALL else layer, warn, option)
         return cls(path, mesh_set, warn)
+
+    @classmethod
+    def load_each(cls, path: Path, warn: Warn) -> list[MeshDocument]:
+        """Load each layer of a file or project on its own."""
+        numbers = [mesh.id() for mesh in load(path, warn)]
+        return [cls.load(path, str(number), ignore, "--layer") for number in numbers]
 
     @classmethod
     def from_layer(cls, path: Path, layer: Layer, warn: Warn) -> MeshDocument:
@@ -71,7 +81,8 @@ class MeshDocument:
     @property
     def arrays(self) -> tuple[Floats, NDArray[Any] | None, Floats | None]:
         """Points, faces and normals in the layer's own coordinates."""
-        return tuple(bridge.read(self.source))
+        points, faces, normals = bridge.read(self.source)
+        return points, faces, normals
 
     @property
     def selected(self) -> NDArray[np.bool_]:

@@ -13,6 +13,11 @@ _OPTIONS = {
     "-imfchan": 1, "-type": 1, "-mm": 2, "-o": 3, "-s": 3, "-t": 3,
 }  # fmt: skip
 """Options of an image with the number of their arguments; of three, two may be left out."""
+IMAGES = {
+    ".png", ".jpg", ".jpeg", ".bmp", ".tga", ".tif", ".tiff", ".gif", ".webp", ".dds", ".ktx",
+    ".ktx2", ".exr", ".hdr", ".psd", ".ppm", ".pgm", ".pbm",
+}  # fmt: skip
+"""Endings of images; nothing else goes along with a mesh, whatever a file names."""
 _IMAGE = re.compile(r"\s*(map_\w+|bump|disp|decal|refl|norm)\s", re.IGNORECASE)
 
 
@@ -105,6 +110,8 @@ def _image(line: str) -> tuple[str, str]:
 def resolve(name: str, folders: list[Path]) -> Path | None:
     """Return the file of an image, which programs name with either slash; None if it is missing."""
     parts = re.split(r"[\\/]", name)
+    if Path(parts[-1]).suffix.lower() not in IMAGES:
+        return None
     for folder in folders:
         for path in (folder / Path(*parts), folder / parts[-1], Path(name)):
             if path.is_file():

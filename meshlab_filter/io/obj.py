@@ -7,8 +7,9 @@ together by numpy.
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -130,14 +131,34 @@ def _sort_lines(data: bytes) -> _Lines:
     """Return the lines of a file by their first word."""
     if b"\\\n" in data or b"\\\r\n" in data:
         data = data.replace(b"\\\r\n", b" ").replace(b"\\\n", b" ")
+    lines = [line.lstrip() for line in data.splitlines()]
+    heads = np.array([line[:2].replace(b"\t", b" ") for line in lines], dtype="S2")
     texts: dict[bytes, list[bytes]] = {}
-    numbers: dict[bytes, list[int]] = {}
-    for number, line in enumerate(data.splitlines()):
-        key, _, rest = line.lstrip().replace(b"\t", b" ").partition(b" ")
+    numbers: dict[bytes, NDArray[np.int64]] = {}
+    others = np.ones(len(lines), dtype=bool)
+    for key in (b"v", b"vt", b"vn", b"f"):  # by far the most lines
+        found = heads == key.ljust(2)
+        others &= ~found
+        if found.any():
+            numbers[key] = np.flatnonzero(found)
+            texts[key] = [lines[k][2:] for k in numbers[key].tolist()]
+    rare: dict[bytes, list[int]] = {}
+    for number in np.flatnonzero(others).tolist():
+        key, _, rest = lines[number].replace(b"\t", b" ").partition(b" ")
         if key and not key.startswith(b"#"):
             texts.setdefault(key, []).append(rest)
-            numbers.setdefault(key, []).append(number)
-    return _Lines(texts, {key: np.array(n, dtype=np.int64) for key, n in numbers.items()})
+            rare.setdefault(key, []).append(number)
+    return _Lines(texts, numbers | {key: np.array(n) for key, n in rare.items()})
+
+
+def _parse(text: bytes, dtype: type) -> NDArray[Any]:
+    """Return all numbers of a text."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")  # it warns of what is no number, and stops there
+        try:
+            return np.fromstring(text, dtype=dtype, sep=" ")
+        except DeprecationWarning as error:
+            raise ValueError("what should be numbers is none") from error
 
 
 def _numbers(lines: _Lines, key: bytes) -> Floats:
@@ -147,13 +168,13 @@ def _numbers(lines: _Lines, key: bytes) -> Floats:
         return np.empty((0, 3))
     if any(b"#" in text for text in texts):
         texts = [text.partition(b"#")[0] for text in texts]
-    words = b" ".join(texts).split()
-    width, rest = divmod(len(words), len(texts))
+    values = _parse(b" ".join(texts), np.float64)
+    width, rest = divmod(len(values), len(texts))
     if rest or not 1 <= width <= 8 or len(texts[0].split()) != width:
         raise ValueError(f"lines of {key.decode()!r} differ in their number of values")
     if key == b"v" and width < 3:
         raise ValueError(f"points have {width} coordinates")
-    return np.array(words).astype(np.float64).reshape(-1, width)
+    return values.reshape(-1, width)
 
 
 def _corners(lines: _Lines) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -161,16 +182,27 @@ def _corners(lines: _Lines) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     texts = lines.texts.get(b"f", [])
     if any(b"#" in text for text in texts):
         texts = [text.partition(b"#")[0] for text in texts]
-    split = [text.split() for text in texts]
-    counts = np.fromiter(map(len, split), dtype=np.int64, count=len(split))
-    words = [word for row in split for word in row]
-    if not words:
-        return np.empty((0, 3), dtype=np.int64), counts
-    parts = [(word + b"//").split(b"/", 3)[:3] if word.count(b"/") < 2 else word.split(b"/")[:3]
-             for word in words]  # fmt: skip
-    table = np.array(parts)
-    table[table == b""] = b"0"
-    return table.astype(np.int64), counts
+    counts = np.fromiter((len(text.split()) for text in texts), dtype=np.int64, count=len(texts))
+    total, joined = int(counts.sum()), b" ".join(texts)
+    single, double = joined.count(b"/"), joined.count(b"//")
+    table = np.zeros((total, 3), dtype=np.int64)
+    slots = None
+    if single == 0:
+        slots = [0]
+    elif single == 2 * double == 2 * total:
+        slots = [0, 2]
+    elif single == total and not double and b"/ " not in joined + b" ":
+        slots = [0, 1]
+    elif single == 2 * total and not double:
+        slots = [0, 1, 2]
+    if slots is None:  # corners of several kinds
+        parts = [(word + b"//").split(b"/")[:3] for word in joined.split()]
+        slots, joined = [0, 1, 2], b" ".join(number or b"0" for part in parts for number in part)
+    values = _parse(joined.replace(b"/", b" "), np.int64)
+    if len(values) != total * len(slots):
+        raise ValueError("what faces refer to is no number")
+    table[:, slots] = values.reshape(total, len(slots))
+    return table, counts
 
 
 def _resolve(
@@ -203,7 +235,10 @@ def _groups(
 ) -> tuple[Columns, tuple[tuple[str, ...], ...], tuple[Material, ...], list[tuple[str, str]]]:
     """Return the material and group of every face, the groups' lines, materials, and libraries."""
     libraries = []
-    for name in dict.fromkeys(_text(line) for line in lines.texts.get(b"mtllib", [])):
+    named = [_text(line) for line in lines.texts.get(b"mtllib", [])]
+    # A line may name several libraries, or one with blanks in its name.
+    split = [[name] if (path.parent / name).is_file() else name.split() for name in named]
+    for name in dict.fromkeys(name for names in split for name in names):
         library = path.parent / name
         if library.is_file():
             libraries.append((name, library.read_text(encoding="utf-8", errors="surrogateescape")))

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import Warn, ignore
-from .layer import NORMAL, RGB, XYZ, Columns, Layer
+from .layer import NORMAL, RGB, XYZ, Columns, Layer, is_opaque
 from .mtl import Material, images, rename_images, write_materials
 from .obj import GROUP, MATERIAL, NORMAL_CORNERS, TEXCOORD, Origin
 
@@ -25,13 +25,13 @@ def write(layer: Layer, path: Path, warn: Warn = ignore) -> None:
     corners, used = _corner_values(layer)
     colors = _shares(columns)
     kept = {*XYZ, *used, *(RGB if colors is not None else ())}
-    lost = [name for name, v in columns.items() if name not in kept and not _opaque(name, v)]
+    lost = [name for name, v in columns.items() if name not in kept and not is_opaque(name, v)]
     library, names, material = _materials(layer, path)
     kept_faces = {MATERIAL, GROUP} | ({"texnumber", *RGB} if library is not None else set())
     lost += [
         f"{name} of faces"
         for name, values in layer.face_columns.items()
-        if name not in kept_faces and not _opaque(name, values)
+        if name not in kept_faces and not is_opaque(name, values)
     ]
     lost += [f"{name} of corners" for name in layer.corners if name not in corners]
     if lost:
@@ -81,14 +81,18 @@ def _materials(layer: Layer, path: Path) -> tuple[str | None, list[str], NDArray
     """Return the text of the library, the names of materials, and the material of every face."""
     if layer.faces is None:
         return None, [], None
-    if isinstance(layer.origin, Origin):
+    if isinstance(layer.origin, Origin) and layer.origin.libraries:
         libraries = [text for _, text in layer.origin.libraries]
         text = "".join(text if text.endswith("\n") else f"{text}\n" for text in libraries)
         named = dict.fromkeys(images(text))
         if len(named) == len(layer.textures):
             text = rename_images(text, dict(zip(named, layer.textures, strict=True)))
-        names = [material.name for material in layer.materials]
-        return text or None, names, layer.face_columns.get(MATERIAL)
+        return text or None, [m.name for m in layer.materials], layer.face_columns.get(MATERIAL)
+    if layer.materials:
+        made = list(layer.materials)
+        known = any(m.color or m.texture for m in made)  # else their library is missing
+        library = write_materials(made) if known else None
+        return library, [m.name for m in made], layer.face_columns[MATERIAL]
     if layer.textures:
         names = [f"material_{number}" for number in range(len(layer.textures))]
         made = [Material(name, None, t) for name, t in zip(names, layer.textures, strict=True)]
@@ -101,11 +105,6 @@ def _materials(layer: Layer, path: Path) -> tuple[str | None, list[str], NDArray
     names = [f"color_{number}" for number in range(len(colors))]
     made = [Material(name, tuple(c)) for name, c in zip(names, colors.tolist(), strict=True)]
     return write_materials(made), names, number.reshape(-1)
-
-
-def _opaque(name: str, values: NDArray[Any]) -> bool:
-    """Return whether values say of all points or faces that they are opaque."""
-    return name == "alpha" and values.dtype == np.uint8 and bool((values == 255).all())
 
 
 def _distinct(values: NDArray[Any]) -> tuple[NDArray[Any], NDArray[np.int64]]:
@@ -139,7 +138,7 @@ def _faces(
         elif parts[1] is not None:
             words = map("/".join, zip(parts[0] or blank, parts[1], strict=True))
         else:
-            words = iter(parts[0] or blank)
+            words = map(str, parts[0] or blank)
         texts.append(list(words))
     lines = [f"f {row}" for row in map(" ".join, zip(*texts, strict=True))]
     states = layer.origin.groups if isinstance(layer.origin, Origin) else ()
@@ -147,14 +146,13 @@ def _faces(
     inserted: list[tuple[int, str]] = []
     for numbers, texts_of in (
         (group, states),
-        (material, tuple((f"usemtl {name}",) for name in names)),
+        (material, tuple((f"usemtl {name}",) if name else () for name in [*names, "none"])),
     ):
         if numbers is None or not count:
             continue
         change = np.flatnonzero(np.append(True, numbers[1:] != numbers[:-1]))
         inserted += [
             (at, "\n".join(texts_of[numbers[at]])) for at in change.tolist()
-            if 0 <= numbers[at] < len(texts_of)
         ]  # fmt: skip
     for at, text in sorted(inserted, key=lambda item: item[0], reverse=True):
         if text:

@@ -72,4 +72,5 @@ def _best_apex(loops: Floats) -> NDArray[np.int64]:
             heights = np.einsum("pkc,pc->pk", areas, normal) / np.maximum(lengths, 1e-300)
             score[:, apex] = heights.min(axis=1)
         score = np.round(score / np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None], 6)
-    return np.argmax(np.nan_to_num(score, nan=-2.0, neginf=-2.0), axis=1)
+    best = np.argmax(np.nan_to_num(score, nan=-2.0, neginf=-2.0), axis=1)
+    return np.asarray(best, dtype=np.int64)

@@ -65,7 +65,8 @@ def save_project(
                 save_layer(mesh_set, scratch / name, path.parent / name, only)
             taken = shared_textures - in_place[number]
             _gather(scratch, folder, name, f"{path.stem}_{number}_", taken)
-        _write_project(mesh_set, folder / path.name, path, names)
+        hidden = None if origin == current else origin
+        _write_project(mesh_set, folder / path.name, path, names, hidden)
         publish(folder, path, force=force, preserve=shared_textures)
 
 
@@ -123,7 +124,9 @@ def _gather(scratch: Path, folder: Path, name: str, prefix: str, taken: Collecti
     shutil.rmtree(scratch)
 
 
-def _write_project(mesh_set: Any, project: Path, shown_as: Path, names: dict[int, str]) -> None:
+def _write_project(
+    mesh_set: Any, project: Path, shown_as: Path, names: dict[int, str], hidden: int | None
+) -> None:
     """Write the project itself, which refers to the layers' files by `names`."""
     pymeshlab_io.save_project(mesh_set, project, shown_as)
     # MeshLab does not escape labels, and XML allows no control characters.
@@ -131,6 +134,8 @@ def _write_project(mesh_set: Any, project: Path, shown_as: Path, names: dict[int
     tree = ElementTree.fromstring(text)
     for element, mesh in zip(tree.iter("MLMesh"), mesh_set, strict=True):
         element.set("filename", names[mesh.id()])
+        if mesh.id() == hidden:  # lest it flickers through the layer that was made from it
+            element.set("visible", "0")
         # MeshLab writes six digits, too few for map coordinates.
         matrix = element.find("MLMatrix44")
         if matrix is not None:

@@ -13,6 +13,7 @@ import numpy as np
 import pymeshlab
 
 from ..errors import FileError
+from . import formats
 from .headers import PROJECT, mesh_files
 
 
@@ -36,8 +37,9 @@ def load(path: Path) -> Any:
             read(absolute)
     except (pymeshlab.PyMeshLabException, RuntimeError) as error:
         text = _one_line(error, path)
-        kind = UnknownFormatError if "Unknown format" in text else FileError
-        raise kind(f"{path}: {text}") from error
+        if "Unknown format" in text:
+            raise UnknownFormatError(f"{path}: {formats.unknown(path)}") from error
+        raise FileError(f"{path}: {text}") from error
     if not mesh_set.mesh_number():
         raise FileError(f"{path}: holds no mesh")
     _correct_textures(mesh_set, path)

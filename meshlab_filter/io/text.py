@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ..errors import FileError, Warn, ignore
 from .columns import SKIP, canonical, color_range, describe, guess, settle_colors, unique
-from .layer import NORMAL, RGB, XYZ, Columns, Layer
+from .layer import NORMAL, RGB, XYZ, Columns, Layer, is_opaque
 
 FACES = False
 SNIFFED = 200
@@ -250,11 +250,11 @@ def write(layer: Layer, path: Path, warn: Warn = ignore) -> None:
     ending = path.suffix.lower()
     origin = layer.origin if isinstance(layer.origin, Origin) else None
     columns = _ordered(layer.columns, ending) if origin is None else layer.columns
-    if ending == ".pts":
-        lost = [name for name in columns if name not in (*XYZ, "intensity", *RGB)]
-        columns = {name: v for name, v in columns.items() if name not in lost}
-        if lost:
-            warn(f"{path}: .pts files do not keep {', '.join(lost)}; .csv and .ply do")
+    held = _held(columns, ending) if origin is None or ending == ".pts" else tuple(columns)
+    lost = [name for name, v in columns.items() if name not in held and not is_opaque(name, v)]
+    if lost:
+        warn(f"{path}: {ending} files do not keep {', '.join(lost)}; .csv and .ply do")
+    columns = {name: columns[name] for name in held}
     separator = "," if ending == ".csv" else " "
     if origin is not None and (origin.separator == ";") == (ending == ".csv"):
         separator = origin.separator or separator
@@ -265,10 +265,18 @@ def write(layer: Layer, path: Path, warn: Warn = ignore) -> None:
         elif ending == ".csv" or (ending != ".xyz" or (origin is not None and origin.header)):
             mark = "" if ending == ".csv" else "# "
             file.write(mark + separator.join(columns) + "\n")
-        elif set(columns) - {*XYZ, *NORMAL, *RGB}:
-            warn(f"{path}: .xyz files have no names of columns; these are {describe(columns)}")
         file.write("\n".join(lines))
         file.write("\n")
+
+
+def _held(columns: Columns, ending: str) -> tuple[str, ...]:
+    """Return the columns that other programs understand in files without names of columns."""
+    names = tuple(columns)
+    if ending == ".pts":
+        names = (*XYZ, "intensity", *RGB)
+    elif ending == ".xyz":
+        names = XYZ + (RGB if set(RGB) <= columns.keys() else NORMAL)
+    return tuple(name for name in names if name in columns)
 
 
 def _ordered(columns: Columns, ending: str) -> Columns:

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import dataclasses
 import re
-import shutil
 from pathlib import Path
 
 from ..errors import FileError, Warn, ignore
@@ -68,16 +67,17 @@ def _copy_textures(
         outside = Path(name).is_absolute() or ".." in re.split(r"[\\/]", name)
         target = re.split(r"[\\/]", name)[-1] if outside else name.replace("\\", "/")
         names[name] = target
-        image = resolve(name, [source.parent])
-        if image is None:
+        image = None if name in layer.images else resolve(name, [source.parent])
+        if image is None and name not in layer.images:
             warn(f"{path}: its texture {name} is missing beside {source}; the name is kept")
             continue
+        data = layer.images[name] if image is None else image.read_bytes()
         there = path.parent / target
-        if there.exists() and (there.samefile(image) or there.read_bytes() == image.read_bytes()):
+        if there.is_file() and there.read_bytes() == data:
             same.add(Path(target).as_posix())
             continue
         (folder / target).parent.mkdir(parents=True, exist_ok=True)
-        shutil.copyfile(image, folder / target)
+        (folder / target).write_bytes(data)
     materials = tuple(
         m._replace(texture=names.get(m.texture, m.texture)) if m.texture else m
         for m in layer.materials

@@ -234,23 +234,25 @@ def input_ranking(
     vertex_of, protected = geometry.vertex_of, constraints.protected_points
     standing = first_points(geometry, protected)
     finite = vertex_of >= 0
+    held = np.count_nonzero(constraints.staying)
     others = finite.copy()
     others[standing] = False
-    first = np.zeros(len(finite), dtype=bool)
+    protected_copies = np.zeros(len(finite), dtype=bool)
     if protected is not None:
-        first = others & protected & geometry.loose
-    held = np.count_nonzero(constraints.staying)
-    copies = np.count_nonzero(first)
-    last = [
-        np.flatnonzero(others & ~first & geometry.loose),
-        np.flatnonzero(others & ~first & ~geometry.loose),
-        np.flatnonzero(~finite),
-    ]
-    rank = np.empty(len(finite), dtype=np.int64)
-    rank[standing] = elimination.rank + np.where(elimination.rank < held, 0, copies)
-    rank[first] = held + np.arange(copies)
-    rank[np.concatenate(last)] = np.arange(len(standing) + copies, len(rank))
-    root = np.flatnonzero(rank == 0)[:1]
+        protected_copies = others & protected & geometry.loose
+    copies = np.count_nonzero(protected_copies)
+    last = np.concatenate(
+        [
+            np.flatnonzero(others & ~protected_copies & geometry.loose),
+            np.flatnonzero(others & ~geometry.loose),
+            np.flatnonzero(~finite),
+        ]
+    )
+    rank = np.empty(len(vertex_of), dtype=np.int64)
+    rank[standing] = elimination.rank + np.where(elimination.rank >= held, copies, 0)
+    rank[protected_copies] = held + np.arange(copies)
+    rank[last] = len(standing) + copies + np.arange(len(last))
+    root = standing[elimination.rank == 0]
     parent = np.full(len(rank), root[0] if len(root) else 0, dtype=np.int64)
     parent[finite] = standing[vertex_of[finite]]
     parent[standing] = standing[elimination.parent]

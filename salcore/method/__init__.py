@@ -24,6 +24,10 @@ equation     function                               what it is
 (4.7)        `interest.salient_points`              ITP: interest points inside regions
 ===========  =====================================  ============================================
 
+Beyond the paper: (3.9) at every scale, `scales`, on contracted graphs, `contraction`, with their
+`noise`; regions of three kinds, `segmentation`: `islands` ((4.1) between regions), `basins`, and
+the paper's `regions`.
+
 (5.1) and (5.2) are `salcore.Deviation`. The coverage guard, `coverage.close_gaps`, is ours.
 """
 

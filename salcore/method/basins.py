@@ -59,7 +59,7 @@ def find_basins(
             place[pairs.low], place[pairs.high], pairs.value, len(bottom), np.minimum
         )
     progress(0.8)
-    total = np.bincount(labels, area)
+    total: Floats = np.bincount(labels, area).astype(np.float64)
     mean = np.bincount(labels, area * saliency) / total
     return absorb_small(labels, pairs, total, mean, smallest)
 

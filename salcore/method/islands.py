@@ -48,8 +48,8 @@ def find_islands(
     of them on short lists: in all about ten times the work on the first list.
     """
     count = int(cells.max(initial=-1)) + 1
-    total = np.bincount(cells, area, count)
-    mass = np.bincount(cells, area * saliency, count)
+    total: Floats = np.bincount(cells, area, count).astype(np.float64)
+    mass: Floats = np.bincount(cells, area * saliency, count).astype(np.float64)
     labels, pairs = cells, _borders(points, graph, cells, count)
     while True:
         low, high = _cheapest(pairs, total, mass, price)

@@ -63,7 +63,7 @@ def vertex_areas(geometry: Geometry, graph: Graph) -> Floats:
     if len(faces):
         normal = face_normals(points, faces)
         third = np.sqrt(dot(normal, normal)) / 6.0
-        area = np.bincount(faces.ravel(), np.repeat(third, 3), count)
+        area += np.bincount(faces.ravel(), np.repeat(third, 3), count)
     if loose.any():
         offsets = points.take(graph.indices, axis=0) - np.repeat(points, graph.degrees, axis=0)
         area[loose] = CELL * row_mean(dot(offsets, offsets), graph.indptr)[loose]
@@ -107,7 +107,7 @@ def absorb_small(
         ends = (first[one], second[one])
         links = sparse.coo_array((np.ones(len(ends[0])), ends), shape=(count, count))
         joined = csgraph.connected_components(links, directed=False)[1].astype(np.intp)
-        total = np.bincount(joined, area)
+        total: Floats = np.bincount(joined, area).astype(np.float64)
         mean = np.bincount(joined, area * mean) / total
         area, labels = total, joined[labels]
         pairs = Pairs.gathered(

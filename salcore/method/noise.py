@@ -8,8 +8,8 @@ import numpy as np
 from ..arrays.blocks import run_blocks
 from ..arrays.rows import row_sum
 from ..arrays.types import Floats, Indices, Mask
-from ..arrays.vectors import cross, dot, unit
-from .contraction import NOISE_MEMBERS, Level, sense
+from ..arrays.vectors import cross, dot
+from .contraction import NOISE_MEMBERS, Level, directions, sense
 from .graph import Graph
 from .planes import mean_offset
 
@@ -31,7 +31,8 @@ def mean_normals(level: Level, normals: Floats) -> Floats:
     """
     graph, oriented = level.graph, level.oriented
     if oriented.all():
-        return level.mean @ normals
+        mean: Floats = level.mean @ normals
+        return mean
     result = np.empty_like(normals)
 
     def average(start: int, stop: int) -> None:
@@ -66,7 +67,7 @@ def normal_noise(levels: tuple[Level, ...]) -> tuple[Floats, ...]:
     for _ in range(2):
         average = mean_normals(base, smooth)
         degrees = base.graph.degrees[:, None]
-        smooth = unit((average * degrees + smooth) / (degrees + 1))
+        smooth = directions((average * degrees + smooth) / (degrees + 1))
     residual = _square_angles(base.normals, smooth, base.oriented)
     sizes = np.array([len(base.points) / len(level.points) for level in levels])
     middle = int(np.argmin(np.abs(np.log(sizes / NOISE_MEMBERS))))
@@ -121,7 +122,8 @@ def map_noise(noise: Floats, members: Indices, full: float) -> Floats:
         Angle, in radians, from which a neighbour counts in full.
     """
     square = noise * np.minimum(NEIGHBORS_SHARE, CELLS_SHARE / members)
-    return np.minimum(MEAN_OF_SQUARE * np.sqrt(square) / full, 1.0)
+    result: Floats = np.minimum(MEAN_OF_SQUARE * np.sqrt(square) / full, 1.0)
+    return result
 
 
 def smooth_normals(level: Level, noise: Floats) -> tuple[Floats, Floats]:
@@ -135,5 +137,5 @@ def smooth_normals(level: Level, noise: Floats) -> tuple[Floats, Floats]:
     """
     strength = noise / (noise + HALFWAY)
     average = mean_normals(level, level.normals)
-    normals = unit(level.normals + 2.0 * strength[:, None] * average)
+    normals = directions(level.normals + 2.0 * strength[:, None] * average)
     return normals, noise / (1.0 + 1.5 * strength)

@@ -102,9 +102,8 @@ def scale_bounds(geometry: Geometry, parameters: Parameters) -> tuple[float, flo
     """Return the finest and coarsest length, in the geometry's unit; zero for one level alone."""
     size = size_of(geometry.points)
     unit = geometry.to_unit if parameters.scale_unit == "length" else size / PERCENT
-    with np.errstate(over="ignore"):
-        coarsest = float(min(np.float64(parameters.coarsest) * unit, size))
-        return float(min(np.float64(parameters.finest) * unit, coarsest)), coarsest
+    coarsest = min(parameters.coarsest * unit, size)
+    return min(parameters.finest * unit, coarsest), coarsest
 
 
 def build_scales(
@@ -145,7 +144,8 @@ def build_scales(
     raw = _combine(levels, used, maps)
     cells, scales = np.arange(len(geometry.points)), []
     for k in range(used.stop):
-        cells = cells if k == 0 else levels[k].cell[cells]
+        of = levels[k].cell
+        cells = cells if of is None else of[cells]
         if k in used:
             scales.append(Scale(levels[k].length, *maps[k - used.start], cells))
     scaled = scale_saliency(raw, parameters.scaling)

@@ -119,9 +119,11 @@ def describe_regions(
     np.maximum.at(high, labels, points)
     centre = sum_by_label(points * area[:, None], labels, count) / total[:, None]
     unit = geometry.to_unit
+    with np.errstate(over="ignore", under="ignore"):  # of the largest doubles there is no square
+        surface = total / unit / unit
     return RegionTable(
         np.bincount(labels, minlength=count),
-        total / unit**2,
+        surface,
         np.bincount(labels, area * saliency, count) / total,
         largest,
         *(corner / unit + geometry.centre for corner in (centre, low, high)),

@@ -175,3 +175,21 @@ def test_colours_and_normals_of_split_vertices_make_seams(run, tmp_path):
                       points[parts[1]][:, 2] - points[parts[1]][:, 0])[:, 2] / 2  # fmt: skip
     assert area[shade[:, 0] == 255].sum() == pytest.approx(before.sum(), abs=0.01)
     assert area.sum() == pytest.approx(1.0)
+
+
+def test_the_filters_see_seams_of_split_vertices_too():
+    points, faces, coords = split_torus(60)
+    for texture in ({"v_tex_coords_matrix": coords},
+                    {"w_tex_coords_matrix": coords[faces].reshape(-1, 2)}):  # fmt: skip
+        meshes = pymeshlab.MeshSet(verbose=False)
+        meshes.add_mesh(pymeshlab.Mesh(points, faces, **texture))
+        report = mf.apply(meshes, "meshing_decimation_by_saliency", ratio=0.1)
+        light = meshes.current_mesh()
+        places, triangles = light.vertex_matrix(), light.face_matrix()
+        assert len(np.unique(places, axis=0)) == 360
+        assert report["faces_after"] == len(triangles)
+        if "v_tex_coords_matrix" in texture:
+            found = light.vertex_tex_coord_matrix()[triangles]
+        else:
+            found = light.wedge_tex_coord_matrix().reshape(-1, 3, 2)
+        assert torn(places, triangles, found) < 0.001

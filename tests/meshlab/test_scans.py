@@ -11,36 +11,11 @@ import pypcd4
 import pytest
 from models import model_path
 from plyfile import PlyData
+from scan_files import POINTS, RNG, make_las
 from scipy.spatial.transform import Rotation
-from shapes import bumpy
 
 import salcore
 from meshlab_filter.io import e57, las, pcd, ptx
-
-RNG = np.random.default_rng(6)
-MAP = np.array([637100.25, 851327.5, 424.0])
-POINTS = bumpy() * 100.0 + MAP
-
-
-def make_las(path, point_format=7, version="1.4"):
-    header = laspy.LasHeader(version=version, point_format=point_format)
-    header.offsets, header.scales = np.floor(MAP), [0.01, 0.01, 0.001]
-    header.vlrs.append(laspy.VLR("LASF_Projection", 2112, "a map", b"PROJCS[...]\0"))
-    header.add_extra_dim(laspy.ExtraBytesParams("roughness", np.float32))
-    header.add_extra_dim(laspy.ExtraBytesParams("direction", "3f8"))
-    file = laspy.LasData(header)
-    file.x, file.y, file.z = POINTS.T
-    for dimension in file.point_format.dimensions:
-        name, bits = dimension.name, dimension.num_bits
-        if name in ("X", "Y", "Z", "direction"):
-            continue
-        if name in ("roughness", "gps_time"):
-            file[name] = RNG.random(len(POINTS)) * 1e9
-        else:
-            file[name] = RNG.integers(0, 2 ** (bits - 1), len(POINTS))
-    file["direction"] = RNG.normal(size=POINTS.shape)
-    file.write(str(path))
-    return path
 
 
 @pytest.mark.parametrize("point_format", [3, 7, 8])

@@ -20,7 +20,9 @@ def counts(levels):
 
 def test_the_original_is_level_0_and_alone_visible():
     obj = scenes.torus()
-    assert bpy.ops.object.salient_levels(ratios="0.02, 0.5 0.1") == {"FINISHED"}
+    assert bpy.ops.object.salient_levels(ratios="0.02, 0.5 0.1", placement="original") == {
+        "FINISHED"
+    }
     made = levels_of(obj)
     assert [level.name for level in made] == ["Torus_LOD1", "Torus_LOD2", "Torus_LOD3"]
     assert counts(made) == [400, 80, 16]

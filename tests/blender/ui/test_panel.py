@@ -5,6 +5,8 @@ Blender draws no panel without a window. A layout that looks every name up in Bl
 registry takes its place here.
 """
 
+from types import SimpleNamespace
+
 import bpy
 import pytest
 import scenes
@@ -35,8 +37,9 @@ class Layout:
 
     def operator(self, name, text=""):
         module, function = name.split(".")
-        getattr(getattr(bpy.ops, module), function).get_rna_type()
+        kind = getattr(getattr(bpy.ops, module), function).get_rna_type()
         self.drawn.append(name)
+        return SimpleNamespace(**dict.fromkeys(kind.properties.keys()))
 
     def label(self, text=""):
         self.drawn.append(text)
@@ -107,13 +110,15 @@ def test_the_panels_draw_what_there_is(module):
     panel = module("ui.panel")
     drawn = Shown(panel.VIEW3D_PT_salient).layout.drawn
     assert drawn[:3] == ["target", "ratio", "object.salient_simplify"]
-    assert "protect" not in drawn
+    assert drawn[3] == "object.salient_preview"
+    assert "protect" not in Shown(panel.VIEW3D_PT_salient_quality).layout.drawn
     scenes.torus()
     bpy.ops.object.salient_simplify(hide_source=False, placement="original", ratio=0.5)
     bpy.context.scene.salient_simplify.target = "MAX_ERROR"
     drawn = Shown(panel.VIEW3D_PT_salient).layout.drawn
     assert drawn[1] == "max_error"
-    assert "protect" in drawn
+    kept = Shown(panel.VIEW3D_PT_salient_quality).layout.drawn
+    assert {"protect", "importance", "keep_seams", "keep_border"} <= set(kept)
     text = " ".join(drawn)
     assert "400 of 800 points" in text
     assert "50.00% removed" in text
@@ -123,11 +128,14 @@ def test_the_panels_draw_what_there_is(module):
     drawn = Shown(panel.VIEW3D_PT_salient).layout.drawn
     assert "Graph (Esc: cancel)" in drawn
     assert "object.salient_simplify" not in drawn
-    figures.stage = ""
-    drawn = Shown(panel.VIEW3D_PT_salient_advanced).layout.drawn
-    assert [name for name in drawn if name in dir(bpy.context.scene.salient_simplify)] == [
-        row.name for row in module("settings.properties").ROWS
-    ]
+    figures.stage, figures.preview = "", "shown"
+    drawn = Shown(panel.VIEW3D_PT_salient).layout.drawn
+    assert drawn[2:4] == ["object.salient_preview_end"] * 2
+    figures.preview = ""
+    names = [row.name for row in module("settings.properties").ROWS]
+    panels = ("VIEW3D_PT_salient", "VIEW3D_PT_salient_quality", "VIEW3D_PT_salient_advanced")
+    drawn = [name for kind in panels for name in Shown(getattr(panel, kind)).layout.drawn]
+    assert sorted(name for name in drawn if name in names) == sorted(names)  # each once
     more = Shown(panel.VIEW3D_PT_salient_more).layout.drawn
     menu = Shown(panel.VIEW3D_MT_salient).layout.drawn
     assert {kind.bl_idname for kind in panel.OPERATORS} == set(menu)

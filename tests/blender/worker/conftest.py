@@ -11,7 +11,7 @@ import pytest
 def request_of(module):
     """Return a function that makes a request about the active object."""
 
-    def make(task="simplify", ratio=0.2, measurable=None, **settings):
+    def make(task="simplify", ratio=0.2, number=0, **settings):
         sources = module("geometry.sources")
         parameters = module("salcore").Parameters(error_unit="length", **settings)
         source = sources.originals(bpy.context)[0]
@@ -19,9 +19,9 @@ def request_of(module):
         if task not in ("simplify", "rank"):
             return words | sources.geometry(source)
         if task == "simplify":
-            words |= {"targets": [{"ratio": ratio}], "measurable": measurable}
+            words |= {"targets": [{"ratio": ratio}], "number": number}
         return words | sources.geometry_with_mesh(
-            source, SimpleNamespace(protect="", **module("command").KEEP)
+            source, SimpleNamespace(**module("command").NO_WEIGHTS, **module("command").KEEP)
         )
 
     return make

@@ -67,7 +67,7 @@ def test_the_child_answers_as_this_process_does(work, request_of, module, kind, 
 
 def test_several_requests_in_a_row_and_their_errors(work, request_of, module):
     obj = scenes.torus()
-    requests = [request_of(measurable=k, ratio=0.1 * (k + 1)) for k in range(3)]
+    requests = [request_of(number=k, ratio=0.1 * (k + 1)) for k in range(3)]
     task = task_of(work, *requests)
     shares = []
     while not task.advance():
@@ -75,7 +75,7 @@ def test_several_requests_in_a_row_and_their_errors(work, request_of, module):
         work.host.wait(0.1)
     assert shares == sorted(shares)
     assert task.fraction == 1.0
-    (errors,) = task_of(work, {"task": "measure"}).finish()
+    (errors,) = task_of(work, {"task": "measure", "numbers": [0, 1, 2]}).finish()
     salcore = module("salcore")
     points, faces = scenes.positions(obj).astype(float), module("geometry.read").triangles(obj.data)
     for request, error in zip(requests, errors, strict=True):
@@ -104,14 +104,14 @@ def test_cancelled_in_every_stage(work, request_of, extension, module, target):
     """Nothing changes, the child is ready again at once, and the next result is the same."""
     bunny()
     before = scenes.fingerprint(extension)
-    request = request_of() | {"targets": [target], "measurable": 0}
-    stages, expected = stages_of(work, request, {"task": "measure"})
+    request = request_of() | {"targets": [target], "number": 0}
+    stages, expected = stages_of(work, request, {"task": "measure", "numbers": [0]})
     assert len(stages) >= 4, stages
     pid = work.host.pid
     for stage in stages:
         # Analysed anew: the kept analysis would skip its stages.
         moved = request | {"points": request["points"] + 1.0 + stages.index(stage)}
-        task = task_of(work, moved, {"task": "measure"})
+        task = task_of(work, moved, {"task": "measure", "numbers": [0]})
         while task.stage != stage and not task.advance():
             work.host.wait(0.01)
         task.cancel()
@@ -119,7 +119,7 @@ def test_cancelled_in_every_stage(work, request_of, extension, module, target):
         wait_for(work.host, "idle", seconds=2.0)
         assert work.host.pid == pid
         assert scenes.fingerprint(extension) == before
-    assert_same(stages_of(work, request, {"task": "measure"})[1], expected)
+    assert_same(stages_of(work, request, {"task": "measure", "numbers": [0]})[1], expected)
 
 
 def test_a_second_ratio_comes_from_the_kept_analysis(work, request_of):

@@ -251,3 +251,29 @@ def test_a_count_alone_does_not_ask_for_scales():
     analysis.simplify(count=100)
     assert "scales" not in vars(analysis)
     assert "segmentation" not in vars(analysis)
+
+
+@pytest.mark.parametrize("factor", [1e-250, 1.0, 1e250])
+@pytest.mark.parametrize(
+    "values",
+    [
+        {"coarsest": 1e300},
+        {"coarsest": 1e300, "finest": 1e300, "scale_unit": "length"},
+        {"coarsest": 1e-300},
+        {"coarsest": 5e-324, "scale_unit": "length"},
+        {"finest": 0.0},
+        {"deviation_threshold": 0.0},
+        {"dissimilarity": "entropy", "contrast": "difference", "averaging": "plain"},
+        {"angle": "squared", "whole_percent": True, "counting": "step"},
+        {"level": 3, "region_contrast": 0.0, "region_size": 0.0},
+        {"segmentation": "basins", "persistence": 1.0},
+        {"segmentation": "components", "tolerance": 1.0},
+    ],
+)
+def test_extreme_values_give_finite_maps(values, factor):
+    points = factor * np.random.default_rng(0).random((60, 3))
+    analysis = salcore.analyze(points, parameters=salcore.Parameters(**values))
+    assert ((analysis.saliency >= 0.0) & (analysis.saliency <= 1.0)).all()
+    table = analysis.region_table
+    assert table.points.sum() == 60
+    assert (table.low <= table.high).all()
