@@ -25,58 +25,7 @@ from .measure.errors import Errors, measure
 from .measure.topology import count_parts
 from .method.interest import Interest
 from .progress import SILENT, Callback, Progress
-
-
-@dataclass(frozen=True)
-class Report:
-    """Figures of one simplification.
-
-    Attributes
-    ----------
-    points_before, points_after, faces_before, faces_after : int
-        Input points and valid faces, and kept ones.
-    parts_before, parts_after : int or None
-        Connected parts of the faces; none after for a cloud or a threshold α.
-    rate : float
-        Share of the input points that went.
-    dropped, welded : int
-        Input points that were not finite, and that equalled another.
-    regions : int or None
-        Regions of like saliency, where they took part: for a threshold α.
-    extremities, salient, fillers, guards : int or None
-        For a threshold α, kept points by reason: on a boundary, salient, by the gap rule, by the
-        coverage guard. A point may have several.
-    errors : Errors or None
-        Between the input's points and the kept ones, in the input's unit. The surfaces are those
-        of the faces; without faces, of the tangent planes at the nearest points. None where they
-        were not measured.
-    notes : tuple of str
-        What had to be given up, or is not as asked for.
-    seconds_analysis, seconds_selection : float
-    """
-
-    points_before: int
-    points_after: int
-    faces_before: int
-    faces_after: int
-    parts_before: int
-    parts_after: int | None
-    rate: float
-    dropped: int
-    welded: int
-    regions: int | None
-    extremities: int | None
-    salient: int | None
-    fillers: int | None
-    guards: int | None
-    errors: Errors | None
-    notes: tuple[str, ...]
-    seconds_analysis: float
-    seconds_selection: float
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return nested dicts, ready for JSON."""
-        return dataclasses.asdict(self)
+from .report import Report
 
 
 @dataclass(frozen=True, eq=False)
@@ -206,10 +155,14 @@ class Simplification:
 
     def with_backs(self) -> Simplification:
         """Return the same with the backs of faces that were given on both sides."""
-        if self.faces is None or self.face_source is None or self.face_corners is None:
+        geometry, corners = self._context.geometry, self.corner_origin
+        if geometry.backs is None or corners is None or self.face_corners is None:
             return self
-        geometry = self._context.geometry
-        both = put_backs(geometry, self.indices, self.faces, self.face_source, self.face_corners)
+        assert self.faces is not None  # there are corners
+        assert self.face_source is not None
+        both = put_backs(
+            geometry, self.indices, self.faces, self.face_source, corners, self.face_corners
+        )
         if both is None:
             return self
         source = np.where(self.source < 0, -1, both.place[self.source])
@@ -226,7 +179,7 @@ class Simplification:
             indices=both.indices,
             faces=both.faces,
             face_source=both.face_source,
-            corner_origin=both.face_corners,
+            corner_origin=both.corner_origin,
             source=source,
             positions=moved,
         )
