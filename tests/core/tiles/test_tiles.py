@@ -123,5 +123,5 @@ def test_tiles_pickle_and_statistics_do_not_depend_on_their_order():
     assert one.spread == other.spread
     raw = salcore.analyze(points).saliency_map.raw
     low, high = np.quantile(raw, [0.01, 0.99])
-    assert abs(one.low - low) < 1e-3
-    assert abs(one.spread - (high - low)) < 2e-3
+    assert abs(one.low - low) < 2e-3
+    assert abs(one.spread - (high - low)) < 5e-3
