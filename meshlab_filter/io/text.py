@@ -98,8 +98,8 @@ def _refuse_degrees(names: list[str], path: Path) -> None:
     """Refuse coordinates that are angles on the globe, between which there are no distances."""
     if any(re.fullmatch(r"lat(itude)?|lon(g|gitude)?", name.strip().lower()) for name in names):
         raise FileError(
-            f"{path}: its columns {', '.join(names[:3])} are degrees; project them to metres first, "
-            "or name the columns of a projection with --columns"
+            f"{path}: its columns {', '.join(names[:3])} are degrees; project them to metres "
+            "first, or name the columns of a projection with --columns"
         )
 
 
