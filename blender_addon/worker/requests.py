@@ -81,6 +81,7 @@ def simplify(
     importance: Any,
     number: int,
     original_normals: bool = False,
+    draft: bool = False,
     work: Progress,
     **kept: bool,
 ) -> dict[str, Any]:
@@ -102,6 +103,8 @@ def simplify(
         for; number 0 forgets earlier ones.
     original_normals : bool
         Whether corners get normals of the original surface.
+    draft : bool
+        Whether cuts are neither refined nor moved, which takes most of their time.
     **kept : bool
         "keep_seams", "keep_sharp", "keep_border" and "keep_topology".
 
@@ -124,7 +127,7 @@ def simplify(
     valid = int(np.isfinite(points).all(axis=1).sum())
     prepared = _Prepared(analysis, shape, faces, valid, constraints, original_normals)
     _prepared[number] = prepared
-    return _cut(prepared, number, targets, ANALYSIS_SHARE, work)
+    return _cut(prepared, number, targets, ANALYSIS_SHARE, draft, work)
 
 
 class _Prepared(NamedTuple):
@@ -150,18 +153,26 @@ class _Prepared(NamedTuple):
     original_normals: bool
 
 
-def cut(*, number: int, targets: list[dict[str, float]], work: Progress) -> dict[str, Any]:
+def cut(
+    *, number: int, targets: list[dict[str, float]], draft: bool = False, work: Progress
+) -> dict[str, Any]:
     """Answer a request of `simplify` of this number again, with other targets."""
     if number not in _prepared:
         raise SalcoreError("the worker process has forgotten this object; begin again")
-    return _cut(_prepared[number], number, targets, 0.0, work)
+    return _cut(_prepared[number], number, targets, 0.0, draft, work)
 
 
 def _cut(
-    prepared: _Prepared, number: int, targets: list[dict[str, float]], begun: float, work: Progress
+    prepared: _Prepared,
+    number: int,
+    targets: list[dict[str, float]],
+    begun: float,
+    draft: bool,
+    work: Progress,
 ) -> dict[str, Any]:
     """Cut to several targets; `begun` is the share of the work that is done."""
     mesh, faces = prepared.mesh, prepared.faces
+    analysis = prepared.analysis.draft() if draft else prepared.analysis
     levels, done = [], []
     for k, target in enumerate(targets):
         # The first target waits for the order of elimination, the others have it.
@@ -169,12 +180,12 @@ def _cut(
         end = 0.9 + 0.1 * (k + 1) / len(targets)
         aim = _at_most(target, prepared.valid)
         part = work.portion(begin, end)
-        result = prepared.analysis.simplify(progress=part, **prepared.constraints, **aim)
+        result = analysis.simplify(progress=part, **prepared.constraints, **aim)
         work.part(end, end, "Attributes")
         left = None if mesh is None else topology.simplified(mesh, result)
         triangles = 0 if result.faces is None else len(result.faces)
         normals = None
-        if left is not None and triangles and prepared.original_normals:
+        if left is not None and triangles and prepared.original_normals and not draft:
             normals = result.transfer_normals().reshape(-1, 3)[left.triangle_corners]
         notes = [*result.notes, *_lost_faces(faces, triangles, target)]
         if aim != target:
