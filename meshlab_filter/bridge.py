@@ -69,6 +69,8 @@ def corner_layers(mesh: Any) -> dict[str, Any]:
     if split and mesh.has_vertex_color():
         values.append(mesh.vertex_color_matrix()[faces])
     given: dict[str, Any] = {"corner_values": [np.nan_to_num(v) for v in values] or None}
+    if mesh.has_vertex_color():
+        given["point_values"] = np.nan_to_num(mesh.vertex_color_matrix()[:, :3])
     normals = mesh.vertex_normal_matrix()
     if split and normals.any():
         given["corner_normals"] = np.nan_to_num(normals)[faces]
@@ -197,8 +199,8 @@ def _face_arrays(mesh: Any, result: salcore.Simplification) -> dict[str, Any]:
 
 def _wedges(mesh: Any, result: salcore.Simplification) -> Floats:
     """Return texture coordinates (3 K, 2) for the corners of the kept faces."""
-    wedges = mesh.wedge_tex_coord_matrix()
-    return np.asarray(wedges[np.ravel(result.face_corners)])
+    wedges, corners = mesh.wedge_tex_coord_matrix(), result.face_corners
+    return np.asarray(wedges[[] if corners is None else corners.ravel()])
 
 
 def _use_first_texture(mesh_set: Any) -> None:

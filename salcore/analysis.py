@@ -46,8 +46,9 @@ class Analysis(Maps):
 
     @cached_property
     def _samples(self) -> Samples:
-        """The mesh's vertices as samples of its surface, none of them assigned."""
-        return Samples.of_vertices(self.geometry.points, self.geometry.faces)
+        """The mesh's vertices and the middles of its faces, by their area and saliency."""
+        factor = 1.0 + self.parameters.detail * self.saliency_map.scaled
+        return Samples.of_surface(self.geometry.points, self.geometry.faces, factor)
 
     def draft(self) -> Analysis:
         """Return the same analysis, whose cuts are neither refined nor moved, for previews.
@@ -136,7 +137,8 @@ class Analysis(Maps):
         Notes
         -----
         The order of elimination is worked out once and kept, unless what is given besides the
-        target changes; every further count is a cut through it, in O(n).
+        target changes; every further count is a cut through it, in O(n),
+        which on a mesh is refined (`Parameters.refine`).
 
         Results depend on nothing but the input. The order of its points decides ties: which points
         a coverage guard adds (`Parameters.max_gap`), and a lattice's diagonals.
@@ -177,9 +179,8 @@ class Analysis(Maps):
                 self._samples,
                 self._result,
             )
-            count, notes = cuts.find_count(name, value, work.part(0.9, 1.0))
-            work.part(1.0, 1.0, "Cut")
-            return cuts.simplify(count, begun, notes)
+            count, notes = cuts.find_count(name, value, work.part(0.9, 0.98))
+            return cuts.simplify(count, begun, notes, work.part(0.98, 1.0, "Cut"))
 
     def ranking(
         self,

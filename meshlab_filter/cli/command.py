@@ -211,10 +211,12 @@ def _write(
     options: argparse.Namespace,
 ) -> None:
     """Write what a simplification keeps, and say what it gave up."""
+    transferred = options.transfer_normals and result.faces is not None and not options.points
     document.write_simplified(
         result,
         output,
         normals=analysis.normals,
+        corner_normals=result.transfer_normals() if transferred else None,
         with_faces=not options.points,
         force=options.force,
     )

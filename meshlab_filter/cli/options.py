@@ -133,6 +133,11 @@ def _add_simplification(command: argparse.ArgumentParser) -> None:
         help="let faces reach across seams of texture, normals, colours and materials",
     )
     command.add_argument(
+        "--transfer-normals",
+        action="store_true",
+        help="write the original surface's normals at the corners of the light mesh",
+    )
+    command.add_argument(
         "--keep-border",
         action="store_true",
         help="points on open borders neither move nor go, so that tiles still meet",

@@ -45,6 +45,7 @@ class Document(Protocol):
         output: Path,
         *,
         normals: Floats,
+        corner_normals: Floats | None,
         with_faces: bool,
         force: bool,
     ) -> None:
@@ -220,6 +221,7 @@ class LayerDocument:
         output: Path,
         *,
         normals: Floats,
+        corner_normals: Floats | None,
         with_faces: bool,
         force: bool,
     ) -> None:
@@ -228,6 +230,8 @@ class LayerDocument:
         if layer.faces is not None and (result.faces is None or not with_faces):
             layer = layer.without_faces(normals)
         light = layer.simplified(result)
+        if corner_normals is not None:
+            light = light.with_corner_normals(corner_normals)
         write_layer(light, output, source=self.path, force=force, warn=self.warn)
 
     def write_map(

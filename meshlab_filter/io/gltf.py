@@ -9,7 +9,6 @@ import json
 import re
 from pathlib import Path
 from typing import Any
-from urllib.parse import unquote
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,7 +50,7 @@ class Scene:
         uri = entry["uri"]
         if uri.startswith("data:"):
             return base64.b64decode(uri.partition(",")[2])
-        return (self.path.parent / unquote(uri)).read_bytes()
+        return (self.path.parent / _plain(uri)).read_bytes()
 
     def view(self, number: int) -> bytes:
         """Return the bytes of a buffer view."""
@@ -166,6 +165,12 @@ def _chunks(data: bytes) -> list[bytes]:
     return found
 
 
+def _plain(uri: str) -> str:
+    """Return an address without its escapes."""
+    bytes_of = re.sub(rb"%([0-9a-fA-F]{2})", lambda m: bytes.fromhex(m[1].decode()), uri.encode())
+    return bytes_of.decode("utf-8", "surrogateescape")
+
+
 def _check_extensions(scene: Scene) -> None:
     """Refuse a scene that needs what is not read here."""
     needed = sorted(set(scene.tree.get("extensionsRequired", [])) - KNOWN)
@@ -183,7 +188,7 @@ def _images(scene: Scene, warn: Warn) -> tuple[dict[str, bytes], list[str]]:
     for number, entry in enumerate(scene.tree.get("images", [])):
         uri = entry.get("uri", "")
         if uri and not uri.startswith("data:"):
-            names.append(unquote(uri))
+            names.append(_plain(uri))
             continue
         data = scene.bytes_of(entry) if uri else scene.view(entry["bufferView"])
         kind = entry.get("mimeType") or uri[5:].partition(";")[0]

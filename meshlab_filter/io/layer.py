@@ -109,6 +109,13 @@ class Layer:
             corners=self._corners(result),
         )
 
+    def with_corner_normals(self, normals: Floats) -> Layer:
+        """Return the mesh with these normals (F, 3, 3) at its corners in place of its own."""
+        columns = {name: v for name, v in self.columns.items() if name not in NORMAL}
+        return dataclasses.replace(
+            self, columns=columns, corners=self.corners | {"normal": normals}
+        )
+
     def _corners(self, result: salcore.Simplification) -> Columns:
         """Return the values at the corners of the kept faces."""
         if not self.corners:

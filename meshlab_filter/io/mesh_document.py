@@ -103,6 +103,7 @@ class MeshDocument:
         output: Path,
         *,
         normals: Floats,
+        corner_normals: Floats | None,
         with_faces: bool,
         force: bool,
     ) -> None:
@@ -110,6 +111,8 @@ class MeshDocument:
 
         MeshLab has normals of its own.
         """
+        if corner_normals is not None:
+            self.warn(f"{output}: normals of the original surface go to .obj and .ply alone")
         name = f"{self.label} simplified"
         bridge.add_simplified(self.mesh_set, self.source, result, name, with_faces=with_faces)
         self._write(output, force)

@@ -15,6 +15,7 @@ from plyfile import PlyData, PlyElement, PlyListProperty, PlyProperty
 
 from ..errors import Warn, ignore
 from .layer import NORMAL, RGB, Columns, Layer, byte_colors
+from .obj import NORMAL_CORNERS
 from .ply import FACE_LISTS, TEXCOORD, TEXTURE, Origin, is_list, names_of
 
 FACES = True
@@ -24,6 +25,7 @@ def write(layer: Layer, path: Path, warn: Warn = ignore) -> None:
     """Write a layer as a binary PLY file; `warn` hears of what PLY files cannot hold."""
     if not isinstance(layer.origin, Origin):
         layer = _adapted(layer, path, warn)
+    layer = _with_normals(layer, path, warn)
     origin: Origin = layer.origin
     columns, lost = _writable(layer.columns)
     face_columns, lost_faces = _writable(layer.face_columns)
@@ -54,8 +56,7 @@ def write(layer: Layer, path: Path, warn: Warn = ignore) -> None:
 def _adapted(layer: Layer, path: Path, warn: Warn) -> Layer:
     """Return a layer of another format with what PLY files have in place of what they have not.
 
-    Textures of materials become those of the file, colours of materials those of faces, and normals
-    of corners those of points, where the corners of a point agree.
+    Textures of materials become those of the file, colours of materials those of faces.
     """
     columns, face_columns = byte_colors(layer.columns), dict(layer.face_columns)
     corners, textures = dict(layer.corners), layer.textures
@@ -76,14 +77,6 @@ def _adapted(layer: Layer, path: Path, warn: Warn) -> Layer:
             face_columns |= {name: shades[:, axis] for axis, name in enumerate(RGB)}
     if TEXCOORD in corners:
         corners[TEXCOORD] = corners[TEXCOORD][:, :, :2].astype(np.float32)
-    normals = corners.pop("normal", None)
-    if normals is not None and layer.faces is not None:
-        vectors = np.zeros((len(layer.points), 3))
-        vectors[layer.faces] = normals
-        if np.allclose(vectors[layer.faces], normals, atol=1e-6, rtol=0.0):
-            columns |= {name: vectors[:, axis] for axis, name in enumerate(NORMAL)}
-        else:
-            warn(f"{path}: .ply files do not keep normals of corners; .obj does")
     return dataclasses.replace(
         layer,
         columns=columns,
@@ -92,6 +85,21 @@ def _adapted(layer: Layer, path: Path, warn: Warn) -> Layer:
         textures=textures,
         origin=Origin((), ()),
     )
+
+
+def _with_normals(layer: Layer, path: Path, warn: Warn) -> Layer:
+    """Return a layer whose normals of corners are those of points, if the corners of each agree."""
+    normals = layer.corners.get(NORMAL_CORNERS)
+    if normals is None or layer.faces is None:
+        return layer
+    corners = {name: v for name, v in layer.corners.items() if name != NORMAL_CORNERS}
+    vectors, columns = np.zeros((len(layer.points), 3)), dict(layer.columns)
+    vectors[layer.faces] = normals
+    if np.allclose(vectors[layer.faces], normals, atol=1e-6, rtol=0.0):
+        columns |= {name: vectors[:, axis] for axis, name in enumerate(NORMAL)}
+    else:
+        warn(f"{path}: .ply files do not keep normals of corners; .obj does")
+    return dataclasses.replace(layer, columns=columns, corners=corners)
 
 
 def _writable(columns: Columns) -> tuple[Columns, list[str]]:

@@ -65,6 +65,7 @@ def save_project(
                 save_layer(mesh_set, scratch / name, path.parent / name, only)
             taken = shared_textures - in_place[number]
             _gather(scratch, folder, name, f"{path.stem}_{number}_", taken)
+        # Shown together, the source flickers through the layer that was made from it.
         hidden = None if origin == current else origin
         _write_project(mesh_set, folder / path.name, path, names, hidden)
         publish(folder, path, force=force, preserve=shared_textures)
@@ -128,13 +129,15 @@ def _write_project(
     mesh_set: Any, project: Path, shown_as: Path, names: dict[int, str], hidden: int | None
 ) -> None:
     """Write the project itself, which refers to the layers' files by `names`."""
+    invisible = {mesh.id() for mesh in mesh_set if not mesh.is_visible()} | {hidden}
+    _show_all(mesh_set)  # for MeshLab saves no others
     pymeshlab_io.save_project(mesh_set, project, shown_as)
     # MeshLab does not escape labels, and XML allows no control characters.
     text = re.sub(r"[\x00-\x08\x0b\x0c\x0e-\x1f]", "?", project.read_text(encoding="utf-8"))
     tree = ElementTree.fromstring(text)
     for element, mesh in zip(tree.iter("MLMesh"), mesh_set, strict=True):
         element.set("filename", names[mesh.id()])
-        if mesh.id() == hidden:  # lest it flickers through the layer that was made from it
+        if mesh.id() in invisible:
             element.set("visible", "0")
         # MeshLab writes six digits, too few for map coordinates.
         matrix = element.find("MLMatrix44")
@@ -146,6 +149,15 @@ def _write_project(
         plane.set("fileName", Path(os.path.relpath(picture, shown_as.parent.resolve())).as_posix())
     text = ElementTree.tostring(tree, encoding="unicode")
     project.write_text(f"<!DOCTYPE MeshLabDocument>\n{text}\n", encoding="utf-8")
+
+
+def _show_all(mesh_set: Any) -> None:
+    """Make all layers visible."""
+    current = mesh_set.current_mesh_id()
+    for number in [mesh.id() for mesh in mesh_set]:
+        mesh_set.set_current_mesh(number)
+        mesh_set.set_current_mesh_visibility(True)
+    mesh_set.set_current_mesh(current)
 
 
 def _layer_file(project: Path, mesh: Any) -> str:

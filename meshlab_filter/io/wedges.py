@@ -17,7 +17,7 @@ NUMBERS = (MATERIAL, GROUP, "texnumber")
 
 
 def corner_layers(layer: Layer) -> dict[str, Any]:
-    """Return the values at corners as keyword arguments of `salcore.Analysis.simplify`."""
+    """Return values of corners and points as keyword arguments of `salcore.Analysis.simplify`."""
     faces = layer.faces
     if faces is None:
         return {}
@@ -35,6 +35,8 @@ def corner_layers(layer: Layer) -> dict[str, Any]:
     if split and normals is None and set(NORMAL) <= layer.columns.keys():
         normals = _at_corners(layer, NORMAL, faces)
     given: dict[str, Any] = {"corner_values": values or None}
+    if set(RGB) <= layer.columns.keys():
+        given["point_values"] = _finite(np.column_stack([layer.columns[k] for k in RGB]))
     return given if normals is None else given | {"corner_normals": _finite(normals)}
 
 

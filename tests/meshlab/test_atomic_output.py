@@ -72,7 +72,7 @@ RUNS = {
     "ply": (["simplify", "in/scene_0_one.ply", "out/o.ply", "--ratio", "0.5"], ["o.ply"]),
     "obj": (
         ["simplify", "in/bunny10k_textured.obj", "out/o.obj", "--count", "900"],
-        ["TextureDouble_A.png", "o.obj.mtl", "o.obj"],
+        ["TextureDouble_A.png", "o.mtl", "o.obj"],
     ),
     "lods": (
         ["lods", "in/scene_1_two.ply", "out/o_{}.ply", "--ratios", "0.5", "0.2", "0.1"],
@@ -194,15 +194,15 @@ def test_a_crash_is_one_sentence(tmp_path):
 def test_a_failed_move_is_undone(tmp_path):
     """A material can be moved into place, and then the file itself cannot."""
     with staging.staging(tmp_path / "o.obj") as folder:
-        (folder / "o.obj.mtl").write_text("new")
+        (folder / "o.mtl").write_text("new")
         (folder / "fresh.png").write_text("new")
         (folder / "o.obj").write_text("new")
-        (tmp_path / "o.obj.mtl").write_text("old")
+        (tmp_path / "o.mtl").write_text("old")
         (tmp_path / "o.obj").mkdir()
         with pytest.raises(OSError, match=r"o\.obj"):
             staging.publish(folder, tmp_path / "o.obj", force=True)
-    assert (tmp_path / "o.obj.mtl").read_text() == "old"
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["o.obj", "o.obj.mtl"]
+    assert (tmp_path / "o.mtl").read_text() == "old"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["o.obj", "o.mtl"]
 
 
 def test_hidden_folders_of_killed_runs_go_after_an_hour(tmp_path):

@@ -184,6 +184,8 @@ def test_values_that_the_reader_leaves_out_are_told(run, tmp_path):
     )
     assert run("simplify", path, tmp_path / "o.ply", "--ratio", "0.5") == ""
     said = run("simplify", path, tmp_path / "o.obj", "--ratio", "0.5")
+    assert ".obj files do not keep intensity, scan_id, red; .ply does" in said
+    said = run("simplify", path, tmp_path / "o.off", "--ratio", "0.5")
     assert "MeshLab does not read intensity, scan_id, red; the output is without" in said
     assert run("simplify", path, tmp_path / "p.ply", "--ratio", "0.5", "--quiet") == ""
 

@@ -193,3 +193,35 @@ def test_the_filters_see_seams_of_split_vertices_too():
         else:
             found = light.wedge_tex_coord_matrix().reshape(-1, 3, 2)
         assert torn(places, triangles, found) < 0.001
+
+
+def test_normals_of_the_original_surface_on_a_light_mesh(run, tmp_path):
+    points, faces = torus(80, 40)
+    source = write_ply(tmp_path / "in.ply", rows(points, {}), faces)
+    run("simplify", source, tmp_path / "o.obj", "--ratio", "0.2", "--transfer-normals")
+    (light,) = obj.read(tmp_path / "o.obj")
+    place = light.points[light.faces]
+    expected = salcore.analyze(points, faces).normals
+    number = {tuple(p): k for k, p in enumerate(points.tolist())}
+    rows_of = np.array([number[tuple(p)] for p in place.reshape(-1, 3).tolist()])
+    cosine = np.einsum("fkc,fkc->fk", light.corners["normal"], expected[rows_of].reshape(-1, 3, 3))
+    assert np.quantile(cosine, 0.01) > np.cos(np.radians(10.0))  # few faces stand on edge
+
+
+def test_colours_count_beside_distances(run, tmp_path):
+    """On a flat side nothing but the colours tells where points are wanted."""
+    points, faces = grid(60)
+    shade = np.where(points[:, 0] > 0.5 + 0.2 * np.sin(9 * points[:, 1]), 255, 0).astype(np.uint8)
+    columns = dict.fromkeys(("red", "green", "blue"), shade)
+    source = write_ply(tmp_path / "in.ply", rows(points, columns), faces)
+    errors = []
+    for weight in ("0", "1"):
+        arguments = ("--ratio", "0.1", "--force", "--attribute-weight", weight)
+        run("simplify", source, tmp_path / "o.ply", *arguments)
+        layer, places, light = read_ply(tmp_path / "o.ply")
+        middle = places[light].mean(axis=1)
+        area = np.cross(places[light][:, 1] - places[light][:, 0],
+                        places[light][:, 2] - places[light][:, 0])[:, 2]  # fmt: skip
+        truth = np.where(middle[:, 0] > 0.5 + 0.2 * np.sin(9 * middle[:, 1]), 255.0, 0.0)
+        errors.append(area @ np.abs(layer.columns["red"][light].mean(axis=1) - truth) / area.sum())
+    assert errors[1] < errors[0]

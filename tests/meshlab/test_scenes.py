@@ -312,6 +312,9 @@ def test_the_light_layer_of_a_project_is_shown_and_its_source_hidden(run, tmp_pa
         mesh.get("label"): mesh.get("visible") for mesh in ElementTree.parse(output).iter("MLMesh")
     }
     assert shown == {"ring0": "1", "ring1": "0", "ring1 simplified": "1"}
+    run("simplify", output, tmp_path / "p.mlp", "--ratio", "0.5", "--layer", "ring1 simplified")
+    again = ElementTree.parse(tmp_path / "p.mlp").iter("MLMesh")
+    assert [mesh.get("visible") for mesh in again] == ["1", "0", "0", "1"]
     run("saliency", project, tmp_path / "map.mlp", "--layer", "ring1")
     maps = ElementTree.parse(tmp_path / "map.mlp").iter("MLMesh")
     assert [mesh.get("visible") for mesh in maps] == ["1", "1"]
