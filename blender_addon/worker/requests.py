@@ -125,7 +125,9 @@ def simplify(
         **_constraints(analysis, shape, **kept),
     }
     valid = int(np.isfinite(points).all(axis=1).sum())
-    prepared = _Prepared(analysis, shape, faces, valid, constraints, original_normals)
+    prepared = _Prepared(
+        analysis, analysis.draft(), shape, faces, valid, constraints, original_normals
+    )
     _prepared[number] = prepared
     return _cut(prepared, number, targets, ANALYSIS_SHARE, draft, work)
 
@@ -135,7 +137,7 @@ class _Prepared(NamedTuple):
 
     Attributes
     ----------
-    analysis : Analysis
+    analysis, draft : Analysis
     mesh : MeshArrays or None
     faces : (F, 3) int32 or None
     valid : int
@@ -146,6 +148,7 @@ class _Prepared(NamedTuple):
     """
 
     analysis: Analysis
+    draft: Analysis
     mesh: MeshArrays | None
     faces: NDArray[np.int32] | None
     valid: int
@@ -172,7 +175,7 @@ def _cut(
 ) -> dict[str, Any]:
     """Cut to several targets; `begun` is the share of the work that is done."""
     mesh, faces = prepared.mesh, prepared.faces
-    analysis = prepared.analysis.draft() if draft else prepared.analysis
+    analysis = prepared.draft if draft else prepared.analysis
     levels, done = [], []
     for k, target in enumerate(targets):
         # The first target waits for the order of elimination, the others have it.
