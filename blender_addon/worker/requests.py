@@ -77,6 +77,7 @@ def simplify(
     mesh: dict[str, Any] | None,
     parameters: dict[str, Any],
     targets: list[dict[str, float]],
+    colors: Any,
     protect: Any,
     importance: Any,
     number: int,
@@ -96,6 +97,8 @@ def simplify(
         Of `Parameters`.
     targets : list of dict
         One argument each of `Analysis.simplify`.
+    colors : (n, 3) float64 or None
+        Whose differences count beside distances, a little.
     protect : (n,) bool or None
     importance : (n,) float64 or None
     number : int
@@ -122,6 +125,7 @@ def simplify(
     constraints = {
         "protect": protect,
         "importance": importance,
+        "point_values": colors,
         **_constraints(analysis, shape, **kept),
     }
     valid = int(np.isfinite(points).all(axis=1).sum())
@@ -245,6 +249,7 @@ def rank(
     normals: Any,
     mesh: dict[str, Any] | None,
     parameters: dict[str, Any],
+    colors: Any,
     protect: Any,
     importance: Any,
     work: Progress,
@@ -264,6 +269,7 @@ def rank(
     constraints = {
         "protect": protect,
         "importance": importance,
+        "point_values": colors,
         **_constraints(analysis, shape, **kept),
     }
     part = work.portion(ANALYSIS_SHARE, 1.0)
