@@ -93,8 +93,8 @@ class Preview:
         """Ask for another target."""
         self._wanted = target
         words = {"task": "cut", "targets": [target], "draft": not self.finishing}
-        requests = [words | {"number": k} for k in range(len(self.sources))]
-        self.task = Task([lambda request=r: request for r in requests], self.host)
+        makers = [partial(dict, words, number=k) for k in range(len(self.sources))]
+        self.task = Task(makers, self.host)
 
     def finish(self) -> None:
         """Ask for the results themselves, in the place of drafts."""
