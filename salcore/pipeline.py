@@ -92,7 +92,6 @@ def analyze(
 def simplify(
     points: ArrayLike,
     triangles: ArrayLike | None = None,
-    /,
     normals: ArrayLike | None = None,
     parameters: Parameters | None = None,
     *,

@@ -36,6 +36,8 @@ class Report:
     notes : tuple of str
         What had to be given up, or is not as asked for.
     seconds_analysis, seconds_selection : float
+    seconds_errors : float or None
+        Time that measuring the errors took.
     """
 
     points_before: int
@@ -56,6 +58,7 @@ class Report:
     notes: tuple[str, ...]
     seconds_analysis: float
     seconds_selection: float
+    seconds_errors: float | None
 
     def as_dict(self) -> dict[str, Any]:
         """Return nested dicts, ready for JSON."""

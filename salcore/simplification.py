@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import dataclasses
+import time
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -380,6 +381,7 @@ class Simplification:
             notes=self.notes,
             seconds_analysis=context.seconds_analysis,
             seconds_selection=self.seconds,
+            seconds_errors=self.__dict__["_seconds_errors"] if errors else None,
             **reasons,
         )
 
@@ -410,10 +412,12 @@ class Simplification:
         return self.errors
 
     def _measure(self, progress: Progress) -> Errors:
+        begun = time.perf_counter()
         original, simplified = self._surfaces()
         with set_workers(self._context.workers):
             subset = self.positions is None
             errors = measure(original, simplified, subset=subset, progress=progress)
+        self.__dict__["_seconds_errors"] = time.perf_counter() - begun
         return errors.scaled(1 - int(np.frexp(self._context.geometry.to_unit)[1]))
 
     def largest_error(self, progress: Progress = SILENT) -> float:

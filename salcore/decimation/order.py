@@ -199,6 +199,7 @@ def _start(
         mean_square=np.zeros(count),
         living=count,
         thresholds=thresholds,
+        is_tile=scale is not None,
     )
 
 

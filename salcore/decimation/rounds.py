@@ -82,6 +82,8 @@ class State:
     """The vertices of the whole surface that each round removed, cheapest first."""
     rounds: list[tuple[int, int, float]] = field(default_factory=list)
     thresholds: Thresholds | None = None
+    is_tile: bool = False
+    """Whether the surface is a part of one that may have many more vertices."""
     steps: list[int] = field(default_factory=list)
     """Step of the threshold of each round."""
     costs_then: list[Floats] = field(default_factory=list)
@@ -107,7 +109,7 @@ class State:
         finite = least[np.isfinite(least)]
         if not len(finite):
             return np.zeros(len(least), dtype=bool), leaving
-        if self.thresholds is not None and self.living > SMALL:
+        if self.thresholds is not None and (self.is_tile or self.living > SMALL):
             return self.thresholds.candidates(least) & ~leaving, np.zeros_like(leaving)
         share = CANDIDATES if self.living > SMALL else CANDIDATES_IF_SMALL
         place = min(len(finite) - 1, int(share * self.candidate_factor * self.living))
