@@ -21,10 +21,10 @@ LONGEST_HEADER = 1 << 16
 
 
 class Element(NamedTuple):
-    """One element of a header: its name, count and properties' names and types."""
+    """One element of a header: its name, number of rows, and properties' names and types."""
 
     name: str
-    count: int
+    rows: int
     properties: list[tuple[str, str]]
 
 
@@ -89,12 +89,12 @@ def _read_rows(path: Path, file: Any, element: Element, kind: str) -> NDArray[An
     dtype = np.dtype([(name, order + of) for name, of in element.properties])
     if kind == "ascii":
         try:
-            rows = np.loadtxt(file, dtype=dtype, max_rows=element.count, ndmin=1, comments=None)
+            rows = np.loadtxt(file, dtype=dtype, max_rows=element.rows, ndmin=1, comments=None)
         except ValueError as error:
             raise _damaged(path, f"its {element.name} elements cannot be read: {error}") from None
     else:
-        data = file.read(dtype.itemsize * element.count)
+        data = file.read(dtype.itemsize * element.rows)
         rows = np.frombuffer(data[: len(data) // dtype.itemsize * dtype.itemsize], dtype=dtype)
-    if len(rows) < element.count:
-        raise _damaged(path, f"has {len(rows)} of {element.count} {element.name} elements")
+    if len(rows) < element.rows:
+        raise _damaged(path, f"has {len(rows)} of {element.rows} {element.name} elements")
     return rows
