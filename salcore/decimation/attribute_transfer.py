@@ -20,7 +20,7 @@ from .samples import Samples
 
 
 def corner_sources(
-    corners: Indices, wanted: Indices, origin: Integers, charts: Floats | None
+    corners: Integers, wanted: Indices, origin: Integers, charts: Floats | None
 ) -> Keys:
     """Return the corner (K, 3) of the input that each new corner takes its values from.
 

@@ -99,7 +99,8 @@ class FlipMesh:
         """Return one side (e,) of each edge of the chosen faces (k,) that may be flipped."""
         side = (3 * np.flatnonzero(chosen)[:, None] + np.arange(3)).ravel()
         twin = self.twins[side]
-        return side[(twin >= 0) & ((side < twin) | ~chosen[twin // 3])]
+        one: Indices = side[(twin >= 0) & ((side < twin) | ~chosen[twin // 3])]
+        return one
 
     def quads(self, left: Indices) -> Quads:
         """Return the edges at sides (e,)."""
@@ -124,7 +125,7 @@ class FlipMesh:
             good[row] = ~(bad | folds(old, cosines(one, other)))
 
         run_blocks(check, len(rows))
-        return good
+        return np.asarray(good)
 
     def flip(self, quads: Quads) -> None:
         """Flip edges, of which no two quads share a vertex."""
