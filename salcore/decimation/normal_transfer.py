@@ -55,5 +55,5 @@ def transfer_normals(
         owner = np.repeat(np.arange(len(faces)), np.diff(rows))
         beside = np.where(dot(directions[face], own[owner]) >= CREASE_COSINE, 1.0, 0.0)
         total = unit(row_sum(double[face] * beside[:, None], rows))
-        result[:, k] = np.where(total.any(axis=1)[:, None], total, own)
+        result[:, k] = np.where(total.any(axis=1, keepdims=True), total, own)
     return result
