@@ -135,7 +135,7 @@ def add_simplified(
     texture coordinates gets those of its first corner. The layer keeps the matrix of `mesh`.
     """
     indices = result.indices
-    arrays = _vertex_arrays(mesh, indices)
+    arrays = _vertex_arrays(mesh, result)
     if not with_faces and mesh.has_wedge_tex_coord() and not mesh.has_vertex_tex_coord():
         arrays["v_tex_coords_matrix"] = _corner_tex_coords(mesh)[indices]
     points = mesh.vertex_matrix()[indices] if result.positions is None else result.positions
@@ -164,16 +164,17 @@ def add_simplified(
         raise
 
 
-def _vertex_arrays(mesh: Any, indices: NDArray[np.int64]) -> dict[str, Any]:
-    """Return the attributes of these vertices as arguments of `pymeshlab.Mesh`."""
-    arrays = {"v_normals_matrix": mesh.vertex_normal_matrix()[indices]}
+def _vertex_arrays(mesh: Any, result: salcore.Simplification) -> dict[str, Any]:
+    """Return the attributes of the kept vertices as arguments of `pymeshlab.Mesh`."""
+    faces = mesh.face_matrix()
+    given = {"v_normals_matrix": mesh.vertex_normal_matrix()}
     if mesh.has_vertex_color():
-        arrays["v_color_matrix"] = mesh.vertex_color_matrix()[indices]
+        given["v_color_matrix"] = mesh.vertex_color_matrix()
     if mesh.has_vertex_scalar():
-        arrays["v_scalar_array"] = mesh.vertex_scalar_array()[indices]
+        given["v_scalar_array"] = mesh.vertex_scalar_array()
     if mesh.has_vertex_tex_coord():
-        arrays["v_tex_coords_matrix"] = mesh.vertex_tex_coord_matrix()[indices]
-    return arrays
+        given["v_tex_coords_matrix"] = mesh.vertex_tex_coord_matrix()
+    return {name: salcore.carry_points(result, values, faces) for name, values in given.items()}
 
 
 def _corner_tex_coords(mesh: Any) -> Floats:
@@ -199,8 +200,10 @@ def _face_arrays(mesh: Any, result: salcore.Simplification) -> dict[str, Any]:
 
 def _wedges(mesh: Any, result: salcore.Simplification) -> Floats:
     """Return texture coordinates (3 K, 2) for the corners of the kept faces."""
-    wedges, corners = mesh.wedge_tex_coord_matrix(), result.face_corners
-    return np.asarray(wedges[[] if corners is None else corners.ravel()])
+    if result.face_corners is None:
+        return np.empty((0, 2))
+    wedges = mesh.wedge_tex_coord_matrix().reshape(-1, 3, 2)
+    return salcore.carry_corners(result, wedges).reshape(-1, 2)
 
 
 def _use_first_texture(mesh_set: Any) -> None:

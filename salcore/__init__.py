@@ -6,6 +6,7 @@ attributes. See `analyze`, `simplify` and `Parameters`.
 """
 
 from .analysis import Analysis
+from .carrying import carry_corners, carry_points
 from .colors import region_colors, saliency_colors
 from .decimation.cut import Ranking
 from .errors import Cancelled, GeometryError, MemoryLimitError, ParameterError, SalcoreError
@@ -41,6 +42,8 @@ __all__ = [
     "Simplification",
     "Surface",
     "analyze",
+    "carry_corners",
+    "carry_points",
     "compare",
     "estimated_memory",
     "find_seams",

@@ -92,7 +92,7 @@ class Layer:
     def simplified(self, result: salcore.Simplification) -> Layer:
         """Return what a simplification keeps: every value of the kept points, bit for bit."""
         kept = result.indices
-        columns = {name: values[kept] for name, values in self.columns.items()}
+        columns = self._points(result)
         points = self.points[kept]
         if result.positions is not None:
             points = result.positions
@@ -120,8 +120,16 @@ class Layer:
         """Return the values at the corners of the kept faces."""
         if not self.corners:
             return {}
-        source = result.face_corners
-        return {name: v.reshape(-1, v.shape[2])[source] for name, v in self.corners.items()}
+        return {name: salcore.carry_corners(result, v) for name, v in self.corners.items()}
+
+    def _points(self, result: salcore.Simplification) -> Columns:
+        """Return the values of the kept points; those of moved ones are interpolated."""
+        if self.faces is None:
+            return {name: values[result.indices] for name, values in self.columns.items()}
+        return {
+            name: salcore.carry_points(result, values, self.faces)
+            for name, values in self.columns.items()
+        }
 
     def mapped(self, values: NDArray[Any], colors: Floats) -> Layer:
         """Return the layer with values as MeshLab's quality, and with colours in [0, 1]."""

@@ -22,7 +22,7 @@ def transfer_normals(
     """Return the normals (K, 3, 3) of the original surface at the corners of light faces.
 
     Each is the mean, weighted by area, of the normals of the original faces round the corner's
-    vertex that look the way of the light face; the light face's own one if none does.
+    vertex that look the way of the light face; of all of them if none does.
 
     Parameters
     ----------
@@ -55,5 +55,6 @@ def transfer_normals(
         owner = np.repeat(np.arange(len(faces)), np.diff(rows))
         beside = np.where(dot(directions[face], own[owner]) >= CREASE_COSINE, 1.0, 0.0)
         total = unit(row_sum(double[face] * beside[:, None], rows))
-        result[:, k] = np.where(total.any(axis=1, keepdims=True), total, own)
+        anywhere = unit(row_sum(double[face], rows))
+        result[:, k] = np.where(total.any(axis=1, keepdims=True), total, anywhere)
     return result
