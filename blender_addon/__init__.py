@@ -9,12 +9,12 @@ import bpy
 from bpy.app.handlers import persistent
 
 from . import command
-from .operators import levels, live, measure, pick, preview, show, simplify, work
+from .operators import import_cloud, levels, live, measure, pick, preview, show, simplify, work
 from .settings import properties
 from .settings.figures import figures
 from .ui import panel
 
-_MODULES = (properties, simplify, preview, levels, show, pick, live, measure, panel)
+_MODULES = (properties, simplify, preview, levels, show, pick, live, measure, import_cloud, panel)
 _commands: list[Any] = []
 
 

@@ -17,7 +17,8 @@ from .measure.errors import Deviation, Errors, compare, make_surface
 from .method.segmentation import RegionTable
 from .parameters import PRESETS, TABLE, TARGETS, Parameter, Parameters
 from .pipeline import analyze, simplify
-from .simplification import Report, Simplification
+from .report import Report
+from .simplification import Simplification
 
 __all__ = [
     "PRESETS",

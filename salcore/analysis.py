@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -45,8 +46,19 @@ class Analysis(Maps):
 
     @cached_property
     def _samples(self) -> Samples:
-        """The mesh's vertices as samples of its surface, none of them assigned."""
-        return Samples.of_vertices(self.geometry.points, self.geometry.faces)
+        """The mesh's vertices and the middles of its faces, by their area and saliency."""
+        factor = 1.0 + self.parameters.detail * self.saliency_map.scaled
+        return Samples.of_surface(self.geometry.points, self.geometry.faces, factor)
+
+    def draft(self) -> Analysis:
+        """Return the same analysis, whose cuts are neither refined nor moved, for previews.
+
+        Both share the order of elimination; cuts of a draft come in a small part of the time.
+        """
+        parameters = dataclasses.replace(self.parameters, refine=False, placement="original")
+        result = dataclasses.replace(self, parameters=parameters)
+        object.__setattr__(result, "_order", self._order)
+        return result
 
     @property
     def rounds(self) -> tuple[tuple[int, int, float], ...]:
@@ -125,7 +137,8 @@ class Analysis(Maps):
         Notes
         -----
         The order of elimination is worked out once and kept, unless what is given besides the
-        target changes; every further count is a cut through it, in O(n).
+        target changes; every further count is a cut through it, in O(n),
+        which on a mesh is refined (`Parameters.refine`).
 
         Results depend on nothing but the input. The order of its points decides ties: which points
         a coverage guard adds (`Parameters.max_gap`), and a lattice's diagonals.
@@ -166,9 +179,8 @@ class Analysis(Maps):
                 self._samples,
                 self._result,
             )
-            count, notes = cuts.find_count(name, value, work.part(0.9, 1.0))
-            work.part(1.0, 1.0, "Cut")
-            return cuts.simplify(count, begun, notes)
+            count, notes = cuts.find_count(name, value, work.part(0.9, 0.98))
+            return cuts.simplify(count, begun, notes, work.part(0.98, 1.0, "Cut"))
 
     def ranking(
         self,

@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from .arrays.types import Indices
+from .arrays.types import Floats, Indices
 from .decimation.cut import (
     corners_of_cut,
     cut_faces,
@@ -20,6 +20,8 @@ from .decimation.cut import (
     optimal_positions,
     wedges_of_cut,
 )
+from .decimation.fitting import fit_positions
+from .decimation.flips import FlipMesh
 from .decimation.order import Elimination
 from .decimation.refine import fixed_edges, refine_faces
 from .decimation.samples import Samples
@@ -29,7 +31,7 @@ from .input.constraints import Constraints
 from .input.geometry import Geometry
 from .measure.topology import label_parts, measure_topology, topology_given_up
 from .parameters import Parameters
-from .progress import Progress
+from .progress import SILENT, Progress
 from .simplification import Simplification
 
 
@@ -44,7 +46,7 @@ class Cuts:
     constraints : Constraints
     parameters : Parameters
     samples : Samples
-        The mesh's vertices as samples of its surface, none of them assigned.
+        Of the mesh's surface.
     result : callable
         Makes a `Simplification` of kept vertices, of their sources and of what belongs to them.
     """
@@ -149,7 +151,11 @@ class Cuts:
         return count_within(bound, estimate, measure, self.least, part)
 
     def simplify(
-        self, count: int, begun: float, notes: list[str] | tuple[()] = ()
+        self,
+        count: int,
+        begun: float,
+        notes: list[str] | tuple[()] = (),
+        progress: Progress = SILENT,
     ) -> Simplification:
         """Return the simplification to the first `count` ranks, and then to duplicates."""
         geometry, elimination, constraints = self.geometry, self.elimination, self.constraints
@@ -161,23 +167,18 @@ class Cuts:
         if len(geometry.faces):
             faces, left = cut_faces(geometry.faces, source)
             origin = 3 * left[:, None] + np.arange(3)
+            if self.parameters.placement == "optimal":
+                positions = self._optimal_positions(source, faces)
             if self.parameters.refine:
                 wedges = wedges_of_cut(elimination, constraints, ranks, origin)
                 fixed = fixed_edges(faces, source, constraints.seams, constraints.staying, wedges)
-                samples = self.samples.standing_for(faces, source)
-                faces, origin = refine_faces(geometry.points, faces, origin, samples, fixed)
+                mesh = FlipMesh.of(faces, origin, len(source), fixed)
+                positions = self._refine(mesh, source, positions, progress)
+                faces, origin = mesh.faces, mesh.corners
             corners, heir = corners_of_cut(geometry, elimination, constraints, ranks, origin)
-            if self.parameters.placement == "optimal":
-                positions = optimal_positions(
-                    geometry.points,
-                    geometry.faces,
-                    self.parameters.border_weight,
-                    source,
-                    faces,
-                    constraints.border,
-                )
             if begun:
                 notes = [*notes, *self._losses(ranks, faces), *constraints.notes]
+        progress(1.0)
         return self.result(
             kept,
             source,
@@ -192,6 +193,26 @@ class Cuts:
             copies=ranks - len(elimination.rank),
             notes=tuple(notes),
         ).with_backs()
+
+    def _optimal_positions(self, source: Indices, faces: Indices) -> Floats:
+        """Return positions at the minima of quadrics, but of vertices that stay where they are."""
+        points, constraints = self.geometry.points, self.constraints
+        weight = self.parameters.border_weight
+        positions = optimal_positions(
+            points, self.geometry.faces, weight, source, faces, constraints.border
+        )
+        positions[constraints.staying] = points[constraints.staying]
+        return positions
+
+    def _refine(
+        self, mesh: FlipMesh, source: Indices, positions: Floats | None, progress: Progress
+    ) -> Floats | None:
+        """Flip edges; return positions that are fitted, where there are some."""
+        if positions is None:
+            refine_faces(mesh, self.geometry.points, self.samples, source, progress)
+            return None
+        held = self.constraints.staying
+        return fit_positions(mesh, positions, self.samples, source, held, progress)
 
     def _losses(self, ranks: int, faces: Indices) -> list[str]:
         """Return notes on the parts and the topology that the faces of a cut have lost."""

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import dataclasses
+import time
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -14,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from .arrays.blocks import set_workers
 from .arrays.check import corner_values, indices
 from .arrays.types import Floats, Indices, Mask
-from .decimation.attribute_transfer import corner_sources, edge_sources
+from .decimation.attribute_transfer import corner_sources, edge_sources, place_sources
 from .decimation.kept_points import keep_corner_points, keep_points
 from .decimation.normal_transfer import transfer_normals
 from .decimation.put_backs import put_backs
@@ -25,58 +26,7 @@ from .measure.errors import Errors, measure
 from .measure.topology import count_parts
 from .method.interest import Interest
 from .progress import SILENT, Callback, Progress
-
-
-@dataclass(frozen=True)
-class Report:
-    """Figures of one simplification.
-
-    Attributes
-    ----------
-    points_before, points_after, faces_before, faces_after : int
-        Input points and valid faces, and kept ones.
-    parts_before, parts_after : int or None
-        Connected parts of the faces; none after for a cloud or a threshold α.
-    rate : float
-        Share of the input points that went.
-    dropped, welded : int
-        Input points that were not finite, and that equalled another.
-    regions : int or None
-        Regions of like saliency, where they took part: for a threshold α.
-    extremities, salient, fillers, guards : int or None
-        For a threshold α, kept points by reason: on a boundary, salient, by the gap rule, by the
-        coverage guard. A point may have several.
-    errors : Errors or None
-        Between the input's points and the kept ones, in the input's unit. The surfaces are those
-        of the faces; without faces, of the tangent planes at the nearest points. None where they
-        were not measured.
-    notes : tuple of str
-        What had to be given up, or is not as asked for.
-    seconds_analysis, seconds_selection : float
-    """
-
-    points_before: int
-    points_after: int
-    faces_before: int
-    faces_after: int
-    parts_before: int
-    parts_after: int | None
-    rate: float
-    dropped: int
-    welded: int
-    regions: int | None
-    extremities: int | None
-    salient: int | None
-    fillers: int | None
-    guards: int | None
-    errors: Errors | None
-    notes: tuple[str, ...]
-    seconds_analysis: float
-    seconds_selection: float
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return nested dicts, ready for JSON."""
-        return dataclasses.asdict(self)
+from .report import Report
 
 
 @dataclass(frozen=True, eq=False)
@@ -206,10 +156,14 @@ class Simplification:
 
     def with_backs(self) -> Simplification:
         """Return the same with the backs of faces that were given on both sides."""
-        if self.faces is None or self.face_source is None or self.face_corners is None:
+        geometry, corners = self._context.geometry, self.corner_origin
+        if geometry.backs is None or corners is None or self.face_corners is None:
             return self
-        geometry = self._context.geometry
-        both = put_backs(geometry, self.indices, self.faces, self.face_source, self.face_corners)
+        assert self.faces is not None  # there are corners
+        assert self.face_source is not None
+        both = put_backs(
+            geometry, self.indices, self.faces, self.face_source, corners, self.face_corners
+        )
         if both is None:
             return self
         source = np.where(self.source < 0, -1, both.place[self.source])
@@ -226,7 +180,7 @@ class Simplification:
             indices=both.indices,
             faces=both.faces,
             face_source=both.face_source,
-            corner_origin=both.face_corners,
+            corner_origin=both.corner_origin,
             source=source,
             positions=moved,
         )
@@ -312,6 +266,54 @@ class Simplification:
             moved[vertex] = (self.positions - geometry.centre) * geometry.to_unit
         return transfer_normals(geometry.points, geometry.faces, vertex[self.faces], moved)
 
+    def place_source(self) -> tuple[NDArray[np.int64], Floats]:
+        """Return the input face that each kept point lies on, and its place in it.
+
+        For colours and all else that belongs to points, where these have moved: what the face's
+        corners have, times the weights, is what the original has there.
+
+        Returns
+        -------
+        face : (M,) int64
+            Input face; -1 for a point that no face uses.
+        weights : (M, 3) float64
+            Of the face's corners; they are at least 0, and their sum is 1.
+
+        Raises
+        ------
+        GeometryError
+            If the simplification has no faces.
+
+        Notes
+        -----
+        O(F) time. The face is sought from where the point was.
+
+        Examples
+        --------
+        >>> import numpy as np, salcore
+        >>> x, y = np.meshgrid(np.arange(9.0), np.arange(9.0))
+        >>> points = np.stack([x.ravel(), y.ravel(), (x * y / 9).ravel()], axis=1)
+        >>> corner = (9 * np.arange(8)[:, None] + np.arange(8)).ravel()
+        >>> sides = [[0, 1, 10], [0, 10, 9]]
+        >>> faces = np.concatenate([corner[:, None] + side for side in sides])
+        >>> light = salcore.simplify(
+        ...     points, faces, ratio=0.3, parameters=salcore.Parameters(placement="optimal")
+        ... )
+        >>> face, weights = light.place_source()
+        >>> red = np.linspace(0, 1, 81)
+        >>> (weights * red[faces[face]]).sum(axis=1).shape == light.indices.shape
+        True
+        """
+        if self.faces is None:
+            raise GeometryError("faces: this simplification has none; simplify a mesh by count")
+        geometry = self._context.geometry
+        vertex = geometry.vertex_of[self.indices]
+        places = geometry.points[vertex]
+        if self.positions is not None:
+            places = (self.positions - geometry.centre) * geometry.to_unit
+        face, weights = place_sources(geometry.points, geometry.faces, vertex, places)
+        return np.where(face >= 0, geometry.face_of[face], -1).astype(np.int64), weights
+
     def edge_source(self, edges: ArrayLike, new_edges: ArrayLike) -> NDArray[np.int64]:
         """Return the input edge (e,) that each edge of the result takes its values from.
 
@@ -379,6 +381,7 @@ class Simplification:
             notes=self.notes,
             seconds_analysis=context.seconds_analysis,
             seconds_selection=self.seconds,
+            seconds_errors=self.__dict__["_seconds_errors"] if errors else None,
             **reasons,
         )
 
@@ -409,10 +412,12 @@ class Simplification:
         return self.errors
 
     def _measure(self, progress: Progress) -> Errors:
+        begun = time.perf_counter()
         original, simplified = self._surfaces()
         with set_workers(self._context.workers):
             subset = self.positions is None
             errors = measure(original, simplified, subset=subset, progress=progress)
+        self.__dict__["_seconds_errors"] = time.perf_counter() - begun
         return errors.scaled(1 - int(np.frexp(self._context.geometry.to_unit)[1]))
 
     def largest_error(self, progress: Progress = SILENT) -> float:

@@ -145,9 +145,34 @@ def mesh_arrays(mesh: Any) -> MeshArrays:
 
 def _colors(mesh: Any, domain: str) -> list[NDArray[np.float32]]:
     """Return the colours of a domain."""
-    kinds = ("FLOAT_COLOR", "BYTE_COLOR")
-    chosen = [a for a in mesh.attributes if a.domain == domain and a.data_type in kinds]
-    return [np.asarray(attributes.read(attribute)) for attribute in chosen]
+    return [np.asarray(attributes.read(color)) for color in _color_attributes(mesh, domain)]
+
+
+def point_color(data: Any) -> NDArray[np.float64] | None:
+    """Return the colour (n, 3) of points: the active one, else the first; None without any."""
+    found = _color_attributes(data, "POINT")
+    if not found:
+        return None
+    active = data.attributes.active_color_name if is_mesh(data) else ""
+    chosen = next((color for color in found if color.name == active), found[0])
+    values = np.asarray(attributes.read(chosen), dtype=np.float64)[:, :3]
+    return np.nan_to_num(values, posinf=0.0, neginf=0.0)
+
+
+def _color_attributes(data: Any, domain: str) -> list[Any]:
+    """Return the colours of a domain, but for those by which results are shown."""
+    return [
+        attribute
+        for attribute in data.attributes
+        if attribute.domain == domain
+        and attribute.data_type in COLORS
+        and attribute.name not in SHOWN_COLORS
+    ]
+
+
+COLORS = ("FLOAT_COLOR", "BYTE_COLOR")
+SHOWN_COLORS = ("Saliency Color", "Region Color", "Interest Color")
+"""Colours that Show Saliency and its like store."""
 
 
 def custom_normals(mesh: Any) -> NDArray[np.float32] | None:
@@ -212,6 +237,22 @@ def weights(obj: Any, data: Any, name: str) -> NDArray[np.float64]:
     return values if attribute.domain == "POINT" else _largest_round(data, values)
 
 
+def weight_names(obj: Any) -> list[str]:
+    """Return the names that `weights` understands for an object, the useful ones."""
+    if obj is None or obj.type not in {"MESH", "POINTCLOUD"}:
+        return []
+    mesh = is_mesh(obj.data)
+    domains = ("POINT", "FACE") if mesh else ("POINT",)
+    found = [
+        attribute.name
+        for attribute in obj.data.attributes
+        if attribute.domain in domains
+        and attribute.data_type in WEIGHTS
+        and (not attribute.name.startswith(".") or attribute.name == SCULPT_MASK)
+    ]
+    return [*(group.name for group in obj.vertex_groups if mesh), *found]
+
+
 def _largest_round(mesh: Any, values: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the largest value of the polygons round each vertex; 0 where there is none."""
     first = np.empty(len(mesh.polygons), dtype=np.int32)
@@ -223,6 +264,7 @@ def _largest_round(mesh: Any, values: NDArray[np.float64]) -> NDArray[np.float64
     return result
 
 
+SCULPT_MASK = ".sculpt_mask"
 SHARP = ("sharp_edge", "crease_edge", "bevel_weight_edge", "freestyle_edge")
 """Attributes of edges that make an edge a line to keep."""
 WEIGHTS = ("BOOLEAN", "FLOAT", "INT", "INT8")

@@ -153,7 +153,7 @@ def _shrink_cloud(cloud: Any, result: Reduced) -> Any:
         cloud.resize(len(points))
         small = cloud
     else:
-        small = _new_cloud(len(points))
+        small = new_cloud(len(points))
     for layer in layers:
         attributes.write_layer(small, layer)
     if small is not cloud:
@@ -162,7 +162,7 @@ def _shrink_cloud(cloud: Any, result: Reduced) -> Any:
     return small
 
 
-def _new_cloud(count: int) -> Any:
+def new_cloud(count: int) -> Any:
     """Return a point cloud of a size; before Blender 5.1 only a conversion can make one."""
     mesh = bpy.data.meshes.new("points")
     mesh.vertices.add(count)

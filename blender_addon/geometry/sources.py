@@ -155,6 +155,7 @@ def geometry_with_mesh(source: Source, settings: Any) -> dict[str, Any]:
     mesh = read.mesh_arrays(source.data)._asdict() if read.is_mesh(source.data) else None
     return found | {
         "mesh": mesh,
+        "colors": read.point_color(source.data),
         "protect": protected(source, settings.protect),
         "importance": important(source, settings.importance, settings.importance_factor),
         **{name: getattr(settings, name) for name in KEPT},

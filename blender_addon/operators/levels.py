@@ -7,7 +7,6 @@ import re
 from typing import Any
 
 import bpy
-from mathutils import Matrix
 
 from ..geometry import results, sources
 from ..geometry.read import HostError
@@ -66,8 +65,9 @@ class OBJECT_OT_salient_levels(ModalOperator, bpy.types.Operator):
         """Hide a level, or let it stand beside the original."""
         if self.arrange == "BESIDE":
             width = max(obj.dimensions.x, 1e-6)
-            offset = Matrix.Translation((GAP * number * width, 0.0, 0.0))
-            copy.matrix_world = offset @ obj.matrix_world
+            place = obj.matrix_world.copy()
+            place.translation.x += GAP * number * width
+            copy.matrix_world = place
         else:
             copy.hide_set(True)
             copy.hide_render = True

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
@@ -25,7 +26,8 @@ WAIT, CHANGED = "wait", "changed"
 class Preview:
     """Results of the selected objects that follow the target of some settings.
 
-    A timer, or a test, calls `advance`.
+    A timer, or a test, calls `advance`. What it shows are drafts, until `finish` asks for the
+    results that Simplify gives.
 
     Parameters
     ----------
@@ -49,6 +51,7 @@ class Preview:
         self.copies: list[list[Any]] = []
         self._state = _ViewState(context, self.sources)
         self._wanted = properties.target(settings)
+        self.finishing = False
         makers = [partial(self._request, k) for k in range(len(self.sources))]
         self.task: Task | None = Task(makers, host)
 
@@ -59,6 +62,7 @@ class Preview:
             "targets": [self._wanted],
             "number": number,
             "original_normals": self.settings.original_normals,
+            "draft": True,
             **sources.geometry_with_mesh(self.sources[number], self.settings),
         }
 
@@ -74,10 +78,8 @@ class Preview:
             target = properties.target(self.settings)
             if target == self._wanted:
                 return WAIT
-            self._wanted = target
-            words = {"task": "cut", "targets": [target]}
-            requests = [words | {"number": k} for k in range(len(self.sources))]
-            self.task = Task([lambda request=r: request for r in requests], self.host)
+            self._cut(target)
+        assert self.task is not None
         try:
             if not self.task.advance():
                 return WAIT
@@ -87,6 +89,20 @@ class Preview:
         answers, self.task = self.task.results, None
         self._show(context, [answer for answer in answers if answer is not None])
         return CHANGED
+
+    def _cut(self, target: dict[str, float]) -> None:
+        """Ask for another target."""
+        self._wanted = target
+        words: dict[str, Any] = {"task": "cut", "targets": [target], "draft": not self.finishing}
+        makers: list[Callable[[], Any]] = [
+            partial(dict, words, number=k) for k in range(len(self.sources))
+        ]
+        self.task = Task(makers, self.host)
+
+    def finish(self) -> None:
+        """Ask for the results themselves, in the place of drafts."""
+        self.finishing = True
+        self._cut(properties.target(self.settings))
 
     def _show(self, context: Any, answers: list[dict[str, Any]]) -> None:
         """Make the result objects, or give them other data."""
@@ -200,15 +216,18 @@ class OBJECT_OT_salient_preview(bpy.types.Operator):
                 self.preview.discard(context)
                 return self._end(context, {"CANCELLED"}, "Preview removed: nothing was changed")
             if figures.preview == "apply" and self.preview.task is None:
-                return self._apply(context)
+                self.preview.finish()
             if event.type == "TIMER":
+                finishing = self.preview.finishing
                 changed = self.preview.advance(context) == CHANGED
+                if changed and finishing:
+                    return self._apply(context)
                 self._tell(context)
                 for region in sidebars(context.window_manager.windows) if changed else ():
                     region.tag_redraw()
         except (SalcoreError, MemoryError) as error:
             self.report({"WARNING"}, str(error) or "not enough memory for this object")
-            if not self.preview.copies:
+            if not self.preview.copies or self.preview.finishing:
                 self.preview.discard(context)
                 return self._end(context, {"CANCELLED"}, "")
         except ReferenceError:  # an undo has taken the objects away
@@ -234,7 +253,7 @@ class OBJECT_OT_salient_preview(bpy.types.Operator):
 
     def _tell(self, context: Any) -> None:
         task = self.preview.task
-        if task is None or self.preview.copies:  # a cut is too short to show a bar
+        if task is None or (self.preview.copies and not self.preview.finishing):  # too short
             stage, fraction, text = "", 0.0, "drag the target in the sidebar   |   Esc: remove it"
         else:
             stage, fraction = task.stage, task.fraction

@@ -86,11 +86,11 @@ class ShowAttribute(ModalOperator):
                 data.attributes.active_color_name = shown.color
             if not _has_faces(data):
                 for obj in source.objects:
-                    _show_points(obj, shown.color, answer["radius"])
+                    show_points(obj, shown.color, answer["radius"])
             if "table" in answer:
                 data[TABLE_OF_REGIONS] = json.dumps(answer["table"])
             data.update_tag()
-        _show_colors(context, all(_has_faces(source.data) for source in self._sources))
+        show_colors(context, all(_has_faces(source.data) for source in self._sources))
         names = ", ".join(source.object.name for source in self._sources)
         self._message = f"{names}: see the attribute {shown.color!r}"
         if shown.task == "regions":
@@ -180,7 +180,7 @@ def _has_faces(data: Any) -> bool:
     return read.is_mesh(data) and len(data.polygons) > 0
 
 
-def _show_points(obj: Any, attribute: str, radius: float) -> None:
+def show_points(obj: Any, attribute: str, radius: float) -> None:
     """Show the points of an object in the colours of an attribute; its data keep their material."""
     if not obj.material_slots:
         obj.data.materials.append(None)
@@ -208,7 +208,7 @@ def material(attribute: str) -> Any:
     return found
 
 
-def _show_colors(context: Any, solid: bool) -> None:
+def show_colors(context: Any, solid: bool) -> None:
     """Have the 3D views show colour attributes: Solid can for meshes, only materials for clouds."""
     screen = context.screen
     for area in screen.areas if screen is not None else ():

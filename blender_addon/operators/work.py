@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -40,7 +40,7 @@ class Task:
 
     Parameters
     ----------
-    makers : list of callable
+    makers : sequence of callable
         Each returns a request, and is called when its turn has come.
     host : Host, optional
         Of the child that does the work; None to work in this process. Without a child that starts
@@ -59,7 +59,7 @@ class Task:
     done : bool
     """
 
-    def __init__(self, makers: list[Callable[[], dict[str, Any]]], host: Host | None) -> None:
+    def __init__(self, makers: Sequence[Callable[[], dict[str, Any]]], host: Host | None) -> None:
         self.stage, self.fraction = "Start", 0.0
         self.results: list[Any] = []
         self.failures: dict[int, SalcoreError | MemoryError] = {}

@@ -9,6 +9,7 @@ from typing import Any
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, StringProperty
 
+from ..geometry import read
 from ..salcore import PRESETS, TABLE, TARGETS, Parameter, Parameters
 from .figures import Figures, figures
 
@@ -158,19 +159,26 @@ def input_annotations(options: set[str]) -> dict[str, Any]:
     }
 
 
+def _weights(settings: Any, context: Any, text: str) -> list[str]:
+    """Return what of the active object can protect points, or make them important."""
+    return read.weight_names(context.object)
+
+
 def keep_annotations(options: set[str]) -> dict[str, Any]:
     """Return the properties that say what has to stay."""
     return {
         "protect": StringProperty(
             name="Protect",
             description="Vertex group, or attribute of points or faces, whose points are never "
-            "removed: those of a weight above zero",
+            "removed: those of a weight above zero. The sculpt mask is .sculpt_mask",
+            search=_weights,
             options=options,
         ),
         "importance": StringProperty(
             name="Importance",
             description="Vertex group, or attribute of points or faces, such as one painted: its "
             "weights say where more points are to stay",
+            search=_weights,
             options=options,
         ),
         "importance_factor": FloatProperty(

@@ -10,7 +10,7 @@ import bpy
 from bl_operators.presets import AddPresetBase
 from bl_ui.utils import PresetPanel
 
-from ..operators import levels, live, measure, pick, preview, show, simplify, work
+from ..operators import import_cloud, levels, live, measure, pick, preview, show, simplify, work
 from ..settings import properties
 from ..settings.figures import figures
 from ..settings.layout import draw_kept, draw_output, draw_target
@@ -76,19 +76,12 @@ class VIEW3D_PT_salient_quality(_Panel, bpy.types.Panel):
         layout.use_property_split = True
         layout.use_property_decorate = False
         draw_kept(layout, settings)
-        self._draw_protect(layout, context, settings)
-        for name in properties.QUALITY:
-            layout.prop(settings, name)
-
-    def _draw_protect(self, layout: Any, context: Any, settings: Any) -> None:
-        obj = context.object
         for name in ("protect", "importance"):
-            if obj is not None and obj.type == "MESH":
-                layout.prop_search(settings, name, obj, "vertex_groups")
-            elif obj is not None and obj.type == "POINTCLOUD":
-                layout.prop_search(settings, name, obj.data, "attributes")
+            layout.prop(settings, name)
         if settings.importance:
             layout.prop(settings, "importance_factor")
+        for name in properties.QUALITY:
+            layout.prop(settings, name)
 
 
 def _draw_figures(column: Any, context: Any) -> None:
@@ -141,6 +134,7 @@ class VIEW3D_PT_salient_more(_Panel, bpy.types.Panel):
         for name in ("levels_by", "ratios", "arrange"):
             column.prop(settings, name)
         column.operator(levels.OBJECT_OT_salient_levels.bl_idname, text="Levels of Detail")
+        column.operator(import_cloud.IMPORT_OT_salient_cloud.bl_idname, text="Import Cloud")
         column.operator(measure.OBJECT_OT_salient_measure.bl_idname, text="Measure Error")
 
 
@@ -235,10 +229,12 @@ CLASSES: tuple[Any, ...] = (
 def register() -> None:
     """Add the menu and the presets."""
     bpy.types.VIEW3D_MT_object.prepend(_draw_menu)  # its end lies outside small windows
+    bpy.types.TOPBAR_MT_file_import.append(import_cloud.draw_import)
     bpy.utils.register_preset_path(PRESET_PATH)
 
 
 def unregister() -> None:
     """Take them away."""
+    bpy.types.TOPBAR_MT_file_import.remove(import_cloud.draw_import)
     bpy.utils.unregister_preset_path(PRESET_PATH)
     bpy.types.VIEW3D_MT_object.remove(_draw_menu)

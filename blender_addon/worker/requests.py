@@ -30,6 +30,8 @@ ANALYSIS_SHARE = 0.4
 """Of the time of a simplification, about."""
 MAX_ROWS = 100
 """Rows of the table of regions that are handed over: the most salient ones."""
+MAX_SAMPLE = 20_000
+"""Points among which a mean spacing is found."""
 INTEREST_COLOR, OTHER_COLOR = (0.9, 0.1, 0.05), (0.35, 0.35, 0.38)
 
 _analyses: dict[bytes, Analysis] = {}
@@ -75,10 +77,12 @@ def simplify(
     mesh: dict[str, Any] | None,
     parameters: dict[str, Any],
     targets: list[dict[str, float]],
+    colors: Any,
     protect: Any,
     importance: Any,
     number: int,
     original_normals: bool = False,
+    draft: bool = False,
     work: Progress,
     **kept: bool,
 ) -> dict[str, Any]:
@@ -93,6 +97,8 @@ def simplify(
         Of `Parameters`.
     targets : list of dict
         One argument each of `Analysis.simplify`.
+    colors : (n, 3) float64 or None
+        Whose differences count beside distances, a little.
     protect : (n,) bool or None
     importance : (n,) float64 or None
     number : int
@@ -100,6 +106,8 @@ def simplify(
         for; number 0 forgets earlier ones.
     original_normals : bool
         Whether corners get normals of the original surface.
+    draft : bool
+        Whether cuts are neither refined nor moved, which takes most of their time.
     **kept : bool
         "keep_seams", "keep_sharp", "keep_border" and "keep_topology".
 
@@ -117,12 +125,15 @@ def simplify(
     constraints = {
         "protect": protect,
         "importance": importance,
+        "point_values": colors,
         **_constraints(analysis, shape, **kept),
     }
     valid = int(np.isfinite(points).all(axis=1).sum())
-    prepared = _Prepared(analysis, shape, faces, valid, constraints, original_normals)
+    prepared = _Prepared(
+        analysis, analysis.draft(), shape, faces, valid, constraints, original_normals
+    )
     _prepared[number] = prepared
-    return _cut(prepared, number, targets, ANALYSIS_SHARE, work)
+    return _cut(prepared, number, targets, ANALYSIS_SHARE, draft, work)
 
 
 class _Prepared(NamedTuple):
@@ -130,7 +141,7 @@ class _Prepared(NamedTuple):
 
     Attributes
     ----------
-    analysis : Analysis
+    analysis, draft : Analysis
     mesh : MeshArrays or None
     faces : (F, 3) int32 or None
     valid : int
@@ -141,6 +152,7 @@ class _Prepared(NamedTuple):
     """
 
     analysis: Analysis
+    draft: Analysis
     mesh: MeshArrays | None
     faces: NDArray[np.int32] | None
     valid: int
@@ -148,18 +160,26 @@ class _Prepared(NamedTuple):
     original_normals: bool
 
 
-def cut(*, number: int, targets: list[dict[str, float]], work: Progress) -> dict[str, Any]:
+def cut(
+    *, number: int, targets: list[dict[str, float]], draft: bool = False, work: Progress
+) -> dict[str, Any]:
     """Answer a request of `simplify` of this number again, with other targets."""
     if number not in _prepared:
         raise SalcoreError("the worker process has forgotten this object; begin again")
-    return _cut(_prepared[number], number, targets, 0.0, work)
+    return _cut(_prepared[number], number, targets, 0.0, draft, work)
 
 
 def _cut(
-    prepared: _Prepared, number: int, targets: list[dict[str, float]], begun: float, work: Progress
+    prepared: _Prepared,
+    number: int,
+    targets: list[dict[str, float]],
+    begun: float,
+    draft: bool,
+    work: Progress,
 ) -> dict[str, Any]:
     """Cut to several targets; `begun` is the share of the work that is done."""
     mesh, faces = prepared.mesh, prepared.faces
+    analysis = prepared.draft if draft else prepared.analysis
     levels, done = [], []
     for k, target in enumerate(targets):
         # The first target waits for the order of elimination, the others have it.
@@ -167,12 +187,12 @@ def _cut(
         end = 0.9 + 0.1 * (k + 1) / len(targets)
         aim = _at_most(target, prepared.valid)
         part = work.portion(begin, end)
-        result = prepared.analysis.simplify(progress=part, **prepared.constraints, **aim)
+        result = analysis.simplify(progress=part, **prepared.constraints, **aim)
         work.part(end, end, "Attributes")
         left = None if mesh is None else topology.simplified(mesh, result)
         triangles = 0 if result.faces is None else len(result.faces)
         normals = None
-        if left is not None and triangles and prepared.original_normals:
+        if left is not None and triangles and prepared.original_normals and not draft:
             normals = result.transfer_normals().reshape(-1, 3)[left.triangle_corners]
         notes = [*result.notes, *_lost_faces(faces, triangles, target)]
         if aim != target:
@@ -229,6 +249,7 @@ def rank(
     normals: Any,
     mesh: dict[str, Any] | None,
     parameters: dict[str, Any],
+    colors: Any,
     protect: Any,
     importance: Any,
     work: Progress,
@@ -248,6 +269,7 @@ def rank(
     constraints = {
         "protect": protect,
         "importance": importance,
+        "point_values": colors,
         **_constraints(analysis, shape, **kept),
     }
     part = work.portion(ANALYSIS_SHARE, 1.0)
@@ -328,10 +350,16 @@ def _shown(points: Any, values: NDArray[Any], rgb: Any) -> dict[str, Any]:
     colors = np.ones((len(values), 4), dtype=np.float32)
     colors[:, :3] = rgb
     finite = points[np.isfinite(points).all(axis=1)]
-    distance = cKDTree(finite).query(finite, k=2)[0][:, 1]
+    return {"values": values, "colors": colors, "radius": point_radius(finite)}
+
+
+def point_radius(points: Any) -> float:
+    """Return half the mean distance to the nearest other point, of a sample; 0 without any."""
+    tree = cKDTree(points, balanced_tree=False)
+    sample = points[:: max(len(points) // MAX_SAMPLE, 1)]
+    distance = np.asarray(tree.query(sample, k=2)[0])[:, 1]
     distance = distance[np.isfinite(distance) & (distance > 0.0)]
-    radius = 0.5 * float(distance.mean()) if len(distance) else 0.0
-    return {"values": values, "colors": colors, "radius": radius}
+    return 0.5 * float(distance.mean()) if len(distance) else 0.0
 
 
 def _analysis(

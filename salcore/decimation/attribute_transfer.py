@@ -15,10 +15,12 @@ from ..arrays.blocks import worker_count
 from ..arrays.edges import edge_key
 from ..arrays.types import Floats, Indices, Integers, Keys
 from ..arrays.vectors import dot
+from .nearest_faces import Assignment, Triangles
+from .samples import Samples
 
 
 def corner_sources(
-    corners: Indices, wanted: Indices, origin: Integers, charts: Floats | None
+    corners: Integers, wanted: Indices, origin: Integers, charts: Floats | None
 ) -> Keys:
     """Return the corner (K, 3) of the input that each new corner takes its values from.
 
@@ -64,6 +66,44 @@ def corner_sources(
     query = np.column_stack([values[own[moved]], step * place.ravel()])
     own[moved] = candidates[tree.query(query, workers=worker_count())[1]]
     return own
+
+
+def place_sources(
+    points: Floats, faces: Indices, vertices: Indices, places: Floats
+) -> tuple[Keys, Floats]:
+    """Return where on a surface places lie that its vertices have moved to.
+
+    Parameters
+    ----------
+    points : (n, 3) float64
+    faces : (m, 3) int
+    vertices : (p,) intp
+        Vertex that has moved to each place; the face is sought round it.
+    places : (p, 3) float64
+
+    Returns
+    -------
+    face : (p,) int64
+        Face nearest to each place; -1 where the vertex has none.
+    weights : (p, 3) float64
+        Barycentric coordinates of the nearest point in it; values of its corners, so weighted, make
+        that of the place.
+
+    Notes
+    -----
+    O(m + p) time.
+    """
+    used = np.zeros(len(points), dtype=bool)
+    used[faces] = True
+    here = np.flatnonzero(used[vertices])
+    face, weights = np.full(len(vertices), -1, dtype=np.int64), np.zeros((len(vertices), 3))
+    columns = np.ascontiguousarray(places[here].T)
+    samples = Samples(
+        columns, np.zeros_like(columns), np.ones(len(here)), vertices[here], len(here)
+    )
+    face[here] = Assignment.of(samples, points, faces).face
+    weights[here] = Triangles.of(points, faces).project(columns, face[here])[0].T
+    return face, weights
 
 
 def edge_sources(

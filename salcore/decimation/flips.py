@@ -16,12 +16,15 @@ from ..arrays.rows import row_entries
 from ..arrays.types import Floats, Indices, Keys, Mask
 from ..arrays.vectors import cross, dot
 from .legality import turned_over
-from .samples import Assignment, Samples, Triangles
+from .nearest_faces import Assignment, Triangles, product
+from .samples import Samples
 
-EDGE_BLOCK = 1 << 11
-"""Edges whose samples are looked at together."""
+EDGE_BLOCK = 1 << 10
+"""Edges whose samples are looked at together: temporaries about the size of a cache."""
 HELPINGS = 3
-"""Times that further flips are picked among those which conflict with none picked so far."""
+"""Times that further flips are picked among those that conflict with none picked so far."""
+FOLD_COSINE = -0.2
+"""Cosine between the normals of faces at an edge below which they fold back on each other."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,35 +34,15 @@ class Quads:
     Attributes
     ----------
     corners : (4, e) intp
-        The edge runs from the first to the second in the left face, whose other corner is the
-        third, and back in the right face, whose other corner is the fourth.
+        The edge runs from the first to the second vertex in the left face, whose other corner is
+        the third, and back in the right face, whose other corner is the fourth.
     left, right : (e,) intp
-        Sides of the faces at the edge: corner c to the next of face f is ``3 f + c``.
+        The faces' sides at the edge: from corner c of face f to the next, ``3 f + c``.
     """
 
     corners: Indices
     left: Indices
     right: Indices
-
-    @classmethod
-    def find(cls, faces: Indices, count: int, fixed: Keys) -> tuple[Quads, Keys]:
-        """Return the quads that may be flipped as far as the edge goes, and all edges' keys.
-
-        Edges of one face, of more than two, of two that do not wind alike, and `fixed` ones, may
-        not.
-        """
-        edges = find_edges(faces, count)
-        keys = edge_key(edges.low, edges.high, count)
-        first = np.cumsum(edges.uses) - edges.uses
-        inner = np.flatnonzero((edges.uses == 2) & ~contains(fixed, keys))
-        one, other = edges.sides[first[inner]], edges.sides[first[inner] + 1]
-        alike = edges.forward[one] != edges.forward[other]
-        one, other = one[alike], other[alike]
-        left, right = (3 * (side % len(faces)) + side // len(faces) for side in (one, other))
-        flat = faces.ravel()
-        corners = [flat[left], flat[_next(left)], flat[_next(_next(left))]]
-        corners.append(flat[_next(_next(right))])
-        return cls(np.stack(corners), left, right), keys
 
     def take(self, chosen: Indices | Mask) -> Quads:
         """Return some of the quads."""
@@ -70,77 +53,170 @@ class Quads:
         a, b, c, d = self.corners
         return np.stack([a, d, c], axis=1), np.stack([d, b, c], axis=1)
 
-    def flipped_corners(self, corners: Indices) -> tuple[Indices, Indices]:
-        """Return what belongs to the corners (e, 3) of the new faces, by `corners` of the old."""
-        flat = corners.ravel()
-        a, c = flat[self.left], flat[_next(_next(self.left))]
-        b, d = flat[self.right], flat[_next(_next(self.right))]
-        return np.stack([a, d, c], axis=1), np.stack([d, b, c], axis=1)
 
-    def legal(self, points: Floats, keys: Keys) -> Mask:
-        """Return which flips (e,) make a new edge and turn no face over."""
-        _, _, c, d = self.corners
-        good = (c != d) & ~contains(keys, edge_key(c, d, len(points)))
+@dataclass(eq=False)
+class FlipMesh:
+    """Faces whose edges can be flipped.
+
+    Attributes
+    ----------
+    faces : (k, 3) intp
+    corners : (k, 3) intp
+        What belongs to the corners of the faces; flips move it along.
+    twins : (3 k,) intp
+        The side at the same edge of the face beyond it; -1 where the edge must not be flipped.
+    keys : (e,) int64
+        Ascending keys of all edges that are there, or were before they were flipped.
+    count : int
+        Number of vertices.
+    """
+
+    faces: Indices
+    corners: Indices
+    twins: Indices
+    keys: Keys
+    count: int
+
+    @classmethod
+    def of(cls, faces: Indices, corners: Indices, count: int, fixed: Keys) -> FlipMesh:
+        """Return a copy of faces whose edges may be flipped.
+
+        But for those of one face, of more than two, of two that do not wind alike, and `fixed`
+        ones, whose keys ascend.
+        """
+        edges = find_edges(faces, count)
+        keys = edge_key(edges.low, edges.high, count)
+        first = np.cumsum(edges.uses) - edges.uses
+        inner = first[(edges.uses == 2) & ~contains(fixed, keys)]
+        one, other = edges.sides[inner], edges.sides[inner + 1]
+        alike = edges.forward[one] != edges.forward[other]
+        one, other = (3 * (s % len(faces)) + s // len(faces) for s in (one[alike], other[alike]))
+        twins = np.full(faces.size, -1)
+        twins[one], twins[other] = other, one
+        return cls(faces.copy(), corners.copy(), twins, keys, count)
+
+    def sides_of(self, chosen: Mask) -> Indices:
+        """Return one side (e,) of each edge of the chosen faces (k,) that may be flipped."""
+        side = (3 * np.flatnonzero(chosen)[:, None] + np.arange(3)).ravel()
+        twin = self.twins[side]
+        one: Indices = side[(twin >= 0) & ((side < twin) | ~chosen[twin // 3])]
+        return one
+
+    def quads(self, left: Indices) -> Quads:
+        """Return the edges at sides (e,)."""
+        right = self.twins[left]
+        flat = self.faces.ravel()
+        sides = left, following(left), following(left, 2), following(right, 2)
+        return Quads(np.stack([flat[s] for s in sides]), left, right)
+
+    def legal(self, quads: Quads, points: Floats) -> Mask:
+        """Return which flips (e,) make a new edge, and neither turn a face over nor make a fold."""
+        _, _, c, d = quads.corners
+        good = (c != d) & ~contains(self.keys, edge_key(c, d, self.count))
         rows = np.flatnonzero(good)
 
         def check(start: int, stop: int) -> None:
             row = rows[start:stop]
-            p, q, r, s = (points.take(corner[row], axis=0) for corner in self.corners)
+            p, q, r, s = (points.take(corner[row], axis=0) for corner in quads.corners)
             one, other = cross(s - p, r - p), cross(q - s, r - s)
             outward = one + other  # that of the old faces, too
-            good[row] = ~(turned_over(outward, one) | turned_over(outward, other))
+            bad = turned_over(outward, one) | turned_over(outward, other)
+            old = cosines(cross(q - p, r - p), cross(s - p, q - p))
+            good[row] = ~(bad | folds(old, cosines(one, other)))
 
         run_blocks(check, len(rows))
-        return good
+        return np.asarray(good)
+
+    def flip(self, quads: Quads) -> None:
+        """Flip edges, of which no two quads share a vertex."""
+        one, other = 3 * (quads.left // 3), 3 * (quads.right // 3)
+        ends = [following(side, turn) for side in (quads.left, quads.right) for turn in (1, 2)]
+        to_third, from_third, to_fourth, from_fourth = (self.twins[end] for end in ends)
+        flat = self.corners.ravel()
+        a, c = flat[quads.left], flat[following(quads.left, 2)]
+        b, d = flat[quads.right], flat[following(quads.right, 2)]
+        new_twins = [
+            (one, to_fourth), (one + 1, other + 2), (one + 2, from_third),
+            (other, from_fourth), (other + 1, to_third), (other + 2, one + 1),
+        ]  # fmt: skip
+        for side, twin in new_twins:
+            self.twins[side] = twin
+            self.twins[twin[twin >= 0]] = side[twin >= 0]
+        self.faces[one // 3], self.faces[other // 3] = quads.flipped()
+        self.corners[one // 3] = np.stack([a, d, c], axis=1)
+        self.corners[other // 3] = np.stack([d, b, c], axis=1)
+        new = np.sort(edge_key(quads.corners[2], quads.corners[3], self.count))
+        self.keys = np.insert(self.keys, np.searchsorted(self.keys, new), new)
 
 
-def _next(side: Indices) -> Indices:
-    """Return the side after each, round its face."""
-    after: Indices = np.where(side % 3 == 2, side - 2, side + 1)
+def cosines(first: Floats, second: Floats) -> Floats:
+    """Return the cosines (e,) of the angles between vectors (e, 3); zero where one vanishes."""
+    lengths = np.sqrt(dot(first, first) * dot(second, second))
+    cosine: Floats = np.divide(
+        dot(first, second), lengths, out=np.zeros_like(lengths), where=lengths > 0.0
+    )
+    return cosine
+
+
+def folds(before: Floats, after: Floats) -> Mask:
+    """Return where faces at an edge fold back that did so less, by the cosines (e,) of normals."""
+    return np.asarray((after < FOLD_COSINE) & (after < before))
+
+
+def following(side: Indices, turns: int = 1) -> Indices:
+    """Return the side one or two after each, round its face."""
+    after: Indices = side + turns
+    after[side % 3 + turns > 2] -= 3
     return after
 
 
 def gains(
-    quads: Quads, points: Floats, samples: Samples, at: Assignment, stiffness: float
+    quads: Quads,
+    points: Floats,
+    samples: Samples,
+    at: Assignment,
+    stiffness: float,
+    count: int,
 ) -> Floats:
-    """Return by how much the energy of the samples of two faces falls with each flip (e,)."""
-    order, bounds = at.by_face()
+    """Return by how much each flip (e,) lowers the energy of the samples of its two faces.
+
+    The energy is the weighted sum of the squared distances, and of the squared differences of
+    normals, times the area of the two faces and `stiffness`. `count` is the number of faces.
+    """
+    order, bounds = at.samples_of(np.concatenate([quads.left, quads.right]) // 3, count)
     result = np.empty(len(quads.left))
     one, other = quads.flipped()
 
     def measure(start: int, stop: int) -> None:
-        count = stop - start
+        edges = stop - start
         faces = np.concatenate([quads.left[start:stop], quads.right[start:stop]]) // 3
         places, ends = row_entries(bounds, faces)
         sample = order[places]
-        edge = np.repeat(np.tile(np.arange(count), 2), np.diff(ends))
+        edge = np.repeat(np.tile(np.arange(edges), 2), np.diff(ends))
         both = Triangles.of(points, np.concatenate([one[start:stop], other[start:stop]]))
-        queries = samples.points.take(sample, axis=0)
-        square = both.square_distances(queries, edge)
-        second = both.square_distances(queries, edge + count)
-        nearer = second < square
-        square = np.where(nearer, second, square)
-        gain = at.square[sample] - square
-        if stiffness:
-            normal = samples.normals.take(sample, axis=0)
-            cosine = dot(normal, both.normals.take(edge + count * nearer, axis=0))
-            area = _areas(both, count)
-            gain += 2.0 * stiffness * area[edge] * (cosine - at.cosine[sample])
-        result[start:stop] = np.bincount(edge, samples.weights[sample] * gain, count)
+        queries = samples.points.take(sample, axis=1)
+        square, chosen = nearer_of_two(both, queries, edge, edges)
+        normal = samples.normals.take(sample, axis=1)
+        turn = product(normal, both.normals, chosen) - at.cosine.take(sample)
+        scale = 2.0 * stiffness * both.areas().reshape(2, -1).sum(axis=0)
+        gain = at.square.take(sample) - square + scale.take(edge) * turn
+        result[start:stop] = np.bincount(edge, samples.weights.take(sample) * gain, edges)
 
     run_blocks(measure, len(result), size=EDGE_BLOCK)
     return result
 
 
-def _areas(both: Triangles, count: int) -> Floats:
-    """Return the area (e,) of each pair of triangles."""
-    p, m, q = both.squares.T
-    double = np.sqrt(np.maximum(p * q - m * m, 0.0))
-    return 0.5 * (double[:count] + double[count:])
+def nearer_of_two(
+    both: Triangles, queries: Floats, edge: Indices, edges: int
+) -> tuple[Floats, Indices]:
+    """Return squared distances to, and numbers of, the nearer of the triangles e and e + edges."""
+    square, second = (both.square_distances(queries, edge + k * edges) for k in (0, 1))
+    nearer = second < square
+    return np.where(nearer, second, square), edge + edges * nearer
 
 
 def independent(quads: Quads, gain: Floats, count: int) -> Indices:
-    """Return flips of which no two share a corner, those of the largest gains first."""
+    """Return flips of which no two share one of `count` vertices, those that gain most first."""
     order = np.argsort(-gain, kind="stable")
     corners = quads.corners[:, order]
     free = np.ones(count, dtype=bool)

@@ -51,7 +51,7 @@ class Parts:
     label: Ints
     move: Floats
     weight: Floats
-    size: Integers
+    size: Indices
     largest: int
 
     @classmethod

@@ -21,7 +21,7 @@ class TwoSided:
         Kept input points: those of the backs as well.
     place : (m,) int64
         Where the points that were kept before are among them.
-    faces, face_source, face_corners
+    faces, face_source, corner_origin, face_corners
         As in `Simplification`.
     """
 
@@ -29,6 +29,7 @@ class TwoSided:
     place: Indices
     faces: Indices
     face_source: Indices
+    corner_origin: Indices
     face_corners: Indices
 
 
@@ -37,6 +38,7 @@ def put_backs(
     indices: Indices,
     faces: Indices,
     face_source: Indices,
+    corner_origin: Indices,
     face_corners: Indices,
 ) -> TwoSided | None:
     """Return a result with backs; None where no kept face has one.
@@ -56,6 +58,7 @@ def put_backs(
     # Corners in the order of the back that the front's face has.
     order = backs.corner[back]
     at = np.take_along_axis(faces[front], order, axis=1)
+    origin = np.take_along_axis(corner_origin[front], order, axis=1)
     corner = np.take_along_axis(face_corners[front], order, axis=1)
     back_corner = np.full(3 * geometry.given_faces, -1, dtype=np.intp)
     behind = 3 * geometry.face_of[backs.front][:, None] + backs.corner
@@ -64,6 +67,7 @@ def put_backs(
     point_of[3 * backs.face[:, None] + np.arange(3)] = backs.points
     has = back_corner[corner] >= 0
     corner = np.where(has, back_corner[corner], corner)
+    origin = np.where(back_corner[origin] >= 0, back_corner[origin], origin)
     points = np.where(has, point_of[corner], indices[at])
     stays = np.zeros(geometry.input_count, dtype=bool)
     stays[indices] = stays[points] = True
@@ -80,5 +84,6 @@ def put_backs(
         position[indices],
         merge(position[indices][faces], position[points]),
         merge(face_source, backs.face[back]),
+        merge(corner_origin, origin),
         merge(face_corners, corner),
     )

@@ -66,7 +66,12 @@ class _Triangles:
 
 
 def vertex_quadrics(
-    points: Floats, faces: Integers, edges: Edges, border_weight: float, seam: Mask | None = None
+    points: Floats,
+    faces: Integers,
+    edges: Edges,
+    border_weight: float,
+    seam: Mask | None = None,
+    mean_face: float | None = None,
 ) -> tuple[Floats, Floats]:
     """Return the quadric (n, 10) of every vertex, and the area (n,) it integrates over.
 
@@ -84,9 +89,11 @@ def vertex_quadrics(
         Weight of border planes, relative to faces as large as the square on the edge.
     seam : (e,) bool, optional
         Further edges that get planes like borders.
+    mean_face : float, optional
+        Mean area of a face, by which the smallest are weighed; that of these faces.
     """
     triangles = _measure(points, faces)
-    quadrics, areas = _sum_face_planes(triangles)
+    quadrics, areas = _sum_face_planes(triangles, mean_face)
     if border_weight > 0.0:
         ends = _ends_surface(triangles.normals, edges)
         _add_border_planes(quadrics, triangles, _sides_of(edges, ends), border_weight)
@@ -109,10 +116,11 @@ def _measure(points: Floats, faces: Integers) -> _Triangles:
     return _Triangles(points, faces, normals, areas)
 
 
-def _sum_face_planes(triangles: _Triangles) -> tuple[Floats, Floats]:
+def _sum_face_planes(triangles: _Triangles, mean: float | None) -> tuple[Floats, Floats]:
     """Return the sums (n, 10) of the planes of the faces round each vertex, and of areas (n,)."""
     points, faces, area = triangles.points, triangles.faces, triangles.areas
-    area = np.maximum(area, LEAST_AREA * area.mean()) if len(area) else area
+    if len(area):
+        area = np.maximum(area, LEAST_AREA * (area.mean() if mean is None else mean))
     planes = np.empty((4, len(faces)))
 
     def fill(start: int, stop: int) -> None:

@@ -1,10 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Samples of the original surface, and the face of a cut that each lies nearest to.
-
-The samples are the vertices of the original with the areas they stand for. A sample is looked for
-among the faces round the kept vertex that stands for it, so that nothing is searched over the whole
-mesh.
-"""
+"""Samples of the original surface: its vertices and the middles of its faces."""
 
 from __future__ import annotations
 
@@ -12,15 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..arrays.blocks import run_blocks
-from ..arrays.rows import row_entries
 from ..arrays.types import Floats, Indices, Integers
-from ..arrays.vectors import dot, face_normals, sum_by_label, unit
-
-PAIR_BLOCK = 1 << 13
-"""Samples whose faces are looked at together: some ten arrays of six faces a sample."""
-FLAT = 1e-12
-"""Squared sine of the angle of a triangle's sides, below which it counts as a line."""
+from ..arrays.vectors import dot, face_normals, unit
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,176 +17,92 @@ class Samples:
 
     Attributes
     ----------
-    points, normals : (s, 3) float64
-        Normals are unit vectors, or zero.
+    points : (3, s) float64
+        By columns.
+    normals : (3, s) float64
+        Of a face at its middle; zero at a vertex, where the surface may have a crease.
     weights : (s,) float64
-        Areas that they stand for.
+        Areas that they stand for, times what matters there; those of the middles and those of the
+        vertices are one on the average of the vertices.
     owner : (s,) intp
-        Kept vertex that stands for each.
+        A vertex near which the nearest face is sought.
+    vertices : int
+        How many of the first samples are vertices.
     """
 
     points: Floats
     normals: Floats
     weights: Floats
     owner: Indices
+    vertices: int
 
     @classmethod
-    def of_vertices(cls, points: Floats, faces: Integers) -> Samples:
-        """Return all vertices of a mesh, each its own owner, weighing one on the average."""
+    def of_surface(cls, points: Floats, faces: Integers, factor: Floats) -> Samples:
+        """Return all vertices and all middles of faces, in O(n + m).
+
+        Parameters
+        ----------
+        points : (n, 3) float64
+        faces : (m, 3) int
+        factor : (n,) float64
+            Multiplies the areas of vertices.
+        """
         double = face_normals(points, faces)
         size = np.sqrt(dot(double, double))
-        normals, areas = np.zeros((len(points), 3)), np.zeros(len(points))
-        for corner in faces.T:
-            normals += sum_by_label(double, corner, len(points))
-            areas += np.bincount(corner, size, len(points))
-        mean = areas.mean() if areas.any() else 1.0
-        return cls(points, unit(normals), areas / mean, np.arange(len(points)))
+        corners = np.ascontiguousarray(faces.T)
+        at_vertices = np.zeros(len(points))
+        middle, at_middles = np.zeros((3, len(faces))), np.zeros(len(faces))
+        columns = np.ascontiguousarray(points.T)
+        for corner in corners:
+            at_vertices += np.bincount(corner, size, len(points))
+            middle += columns.take(corner, axis=1)
+            at_middles += factor.take(corner)
+        at_vertices *= factor
+        at_middles *= size
+        total = at_vertices.sum() or 1.0  # of the middles, too
+        return cls(
+            np.concatenate([columns, middle / 3.0], axis=1),
+            np.concatenate([np.zeros_like(columns), unit(double).T], axis=1),
+            np.concatenate([at_vertices, at_middles]) * (len(points) / total),
+            np.concatenate([np.arange(len(points)), corners[0]]),
+            len(points),
+        )
 
-    def standing_for(self, faces: Indices, source: Indices) -> Samples:
-        """Return those vertices that a cut removes, as samples for its faces.
+    def standing_for(
+        self, faces: Indices, source: Indices, *, kept: bool, middles: float, step: int
+    ) -> Samples:
+        """Return the samples for a cut.
 
         Parameters
         ----------
         faces : (k, 3) intp
             Faces of the cut.
         source : (n,) intp
-            Kept vertex that stands for each.
+            Kept vertex that stands for each; samples where it has no face are left out.
+        kept : bool
+            Whether kept vertices are samples, too.
+        middles : float
+            Share of the weight that the middles of faces have. Details are made of small faces,
+            whose vertices lie close: less favours them.
+        step : int
+            Of so many middles one is taken.
         """
         used = np.zeros(len(source), dtype=bool)
         used[faces] = True
-        away = np.flatnonzero(used[source] & (source != np.arange(len(source))))
+        at_vertices = used[source]
+        if not kept:
+            at_vertices &= source != np.arange(len(source))
+        vertices = np.flatnonzero(at_vertices)
+        centres = np.arange(self.vertices, len(self.owner), step)
+        centres = centres[used[source[self.owner[centres]]]]
+        chosen = np.concatenate([vertices, centres])
+        weights = self.weights.take(chosen)
+        weights[: len(vertices)] *= 1.0 - middles
+        weights[len(vertices) :] *= middles * step
         return Samples(
-            self.points.take(away, axis=0),
-            self.normals.take(away, axis=0),
-            self.weights.take(away),
-            source.take(away),
+            self.points.take(chosen, axis=1),
+            self.normals.take(chosen, axis=1),
+            weights,
+            source.take(self.owner.take(chosen)),
+            len(vertices),
         )
-
-
-@dataclass(frozen=True, eq=False)
-class Triangles:
-    """Triangles, and what a distance to them needs.
-
-    Attributes
-    ----------
-    start, first, second : (t, 3) float64
-        A corner, and the sides from there.
-    squares : (t, 3) float64
-        Products of the sides: first with first, with second, second with second.
-    normals : (t, 3) float64
-        Unit normals; zero where a triangle has no area.
-    """
-
-    start: Floats
-    first: Floats
-    second: Floats
-    squares: Floats
-    normals: Floats
-
-    @classmethod
-    def of(cls, points: Floats, faces: Integers) -> Triangles:
-        """Return the triangles of faces (t, 3)."""
-        a, b, c = (points.take(corner, axis=0) for corner in faces.T)
-        first, second = b - a, c - a
-        squares = np.stack([dot(first, first), dot(first, second), dot(second, second)], axis=1)
-        return cls(a, first, second, squares, unit(face_normals(points, faces)))
-
-    def square_distances(self, queries: Floats, chosen: Integers) -> Floats:
-        """Return the squared distance (q,) of each query (q, 3) to its triangle (q,)."""
-        offset, along, other, squares = self._measure(queries, chosen)
-        p, m, q = squares
-        nearest = offset - _descend(along, p)
-        np.minimum(nearest, offset - _descend(other, q), out=nearest)
-        across = other - along + p - m
-        far = offset - 2.0 * along + p - _descend(across, p + q - 2.0 * m)
-        np.minimum(nearest, far, out=nearest)
-        area = p * q - m * m
-        u, v = q * along - m * other, p * other - m * along
-        inside = (u > 0.0) & (v > 0.0) & (u + v < area) & (area > FLAT * p * q)
-        height = dot(queries - self.start.take(chosen, axis=0), self.normals.take(chosen, axis=0))
-        return np.where(inside, height * height, np.maximum(nearest, 0.0))
-
-    def _measure(
-        self, queries: Floats, chosen: Integers
-    ) -> tuple[Floats, Floats, Floats, tuple[Floats, Floats, Floats]]:
-        """Return the squared offset from the start, and its products with both sides."""
-        offset = queries - self.start.take(chosen, axis=0)
-        along = dot(offset, self.first.take(chosen, axis=0))
-        other = dot(offset, self.second.take(chosen, axis=0))
-        p, m, q = self.squares.take(chosen, axis=0).T
-        return dot(offset, offset), along, other, (p, m, q)
-
-
-def _descend(along: Floats, square: Floats) -> Floats:
-    """Return by how much a squared distance falls on the way along a side, to the nearest point."""
-    share = np.divide(along, square, out=np.zeros_like(along), where=square > 0.0)
-    np.clip(share, 0.0, 1.0, out=share)
-    return share * (2.0 * along - share * square)
-
-
-@dataclass(eq=False)
-class Assignment:
-    """The face that each sample lies nearest to.
-
-    Attributes
-    ----------
-    face : (s,) intp
-    square : (s,) float64
-        Squared distance to it.
-    cosine : (s,) float64
-        Of the angle between the normals of sample and face.
-    count : int
-        Number of faces.
-    """
-
-    face: Indices
-    square: Floats
-    cosine: Floats
-    count: int
-
-    @classmethod
-    def of(cls, samples: Samples, points: Floats, faces: Indices) -> Assignment:
-        """Look among the faces round each sample's kept vertex, which must have some."""
-        triangles = Triangles.of(points, faces)
-        around = np.argsort(faces.ravel(), kind="stable") // 3
-        bounds = np.zeros(len(points) + 1, dtype=np.intp)
-        np.cumsum(np.bincount(faces.ravel(), minlength=len(points)), out=bounds[1:])
-        result = cls(
-            np.empty(len(samples.points), dtype=np.intp),
-            np.empty(len(samples.points)),
-            np.empty(len(samples.points)),
-            len(faces),
-        )
-
-        def search(start: int, stop: int) -> None:
-            block = slice(start, stop)
-            places, ends = row_entries(bounds, samples.owner[block])
-            size = np.diff(ends)
-            face = around[places]
-            queries = np.repeat(samples.points[block], size, axis=0)
-            square = triangles.square_distances(queries, face)
-            least = np.minimum.reduceat(square, ends[:-1])
-            hit = np.flatnonzero(square == np.repeat(least, size))
-            first = hit[np.searchsorted(hit, ends[:-1])]
-            result.put(block, samples, triangles, face[first], least)
-
-        run_blocks(search, len(samples.points), size=PAIR_BLOCK)
-        return result
-
-    def put(
-        self,
-        where: slice | Indices,
-        samples: Samples,
-        triangles: Triangles,
-        face: Indices,
-        square: Floats,
-    ) -> None:
-        """Assign samples to faces, at squared distances."""
-        self.face[where], self.square[where] = face, square
-        self.cosine[where] = dot(samples.normals[where], triangles.normals.take(face, axis=0))
-
-    def by_face(self) -> tuple[Indices, Indices]:
-        """Return the samples in the order of their faces, and the bounds of each face's."""
-        bounds = np.zeros(self.count + 1, dtype=np.intp)
-        np.cumsum(np.bincount(self.face, minlength=self.count), out=bounds[1:])
-        return np.argsort(self.face, kind="stable"), bounds

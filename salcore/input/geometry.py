@@ -126,6 +126,7 @@ def clean(
     faces: ArrayLike | None = None,
     normals: ArrayLike | None = None,
     parameters: Parameters | None = None,
+    box: tuple[Floats, Floats] | None = None,
 ) -> Geometry:
     """Check input arrays and bring them into the form that everything else trusts.
 
@@ -140,6 +141,9 @@ def clean(
         Of any length; zero or invalid normals are treated as absent.
     parameters : Parameters, optional
         Only `invalid` matters here.
+    box : ((3,) float64, (3,) float64), optional
+        Lowest and highest coordinates of the whole that the points are a part of: they are centred
+        and scaled as the whole is.
 
     Raises
     ------
@@ -164,7 +168,7 @@ def clean(
             f"{bad[0]}); remove them, or set invalid='drop'"
         )
     kept = np.flatnonzero(finite)
-    centred, to_unit, centre = _centre(coordinates[kept])
+    centred, to_unit, centre = _centre(coordinates[kept], box)
     welded, first = _weld(centred)
     number = np.arange(len(first))
     if not len(triangles) and len(first) >= SCATTERED:
@@ -238,14 +242,14 @@ def box_frame(low: Floats, high: Floats) -> tuple[int, Floats, int]:
     return first, 0.5 * (low + high), max(second, -MAX_EXPONENT + 1 - first)
 
 
-def _centre(points: Floats) -> tuple[Floats, float, Floats]:
+def _centre(points: Floats, box: tuple[Floats, Floats] | None) -> tuple[Floats, float, Floats]:
     """Move the bounding box's centre to the origin and scale its diagonal into [0.5, 1).
 
     The factor is a power of two, so scaling rounds nothing.
     """
     if not len(points):
         return points, 1.0, np.zeros(3)
-    low, high = points.min(axis=0), points.max(axis=0)
+    low, high = (points.min(axis=0), points.max(axis=0)) if box is None else box
     if (low == high).all():
         return np.zeros_like(points), 1.0, low
     first, centre, second = box_frame(low, high)

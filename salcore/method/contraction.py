@@ -29,6 +29,8 @@ EQUAL = 1e-9
 NOISE_MEMBERS = 20.0
 """Vertices of the input a cell that noise is averaged over; levels reach there at least."""
 MOST_DOUBLINGS = 48
+MOST_SAMPLES = 1 << 16
+"""About how many edges the median length is taken of."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,7 +127,8 @@ def build_levels(
     levels = [level]
     if not len(square):
         return tuple(levels)
-    doublings = int(np.rint(0.5 * np.log2(np.median(square)) - np.log2(coarsest)))
+    typical = np.median(square[:: max(len(square) // MOST_SAMPLES, 1)])
+    doublings = int(np.rint(0.5 * np.log2(typical) - np.log2(coarsest)))
     doublings = max(doublings, -MOST_DOUBLINGS)
     for exponent in range(doublings, max(doublings, 0) + 8):
         if exponent > 0 and count >= NOISE_MEMBERS * len(level.points):

@@ -24,6 +24,8 @@ from .patches import (
     patch_side,
 )
 
+QUANTILES = (0.01, 0.99)
+"""What becomes 0 and 1; a few outliers cannot move it."""
 MIN_SPREAD = 0.25
 """Least spread that scaling stretches to [0, 1]: below, a map has nothing that stands out, and
 stretching it would show the sampling instead."""
@@ -245,7 +247,7 @@ def scale_saliency(raw: Floats, scaling: str) -> Floats:
         low, high = raw.min(), raw.max()
         spread = high - low if high > low else 1.0
     else:
-        low, high = np.quantile(raw, [0.01, 0.99])
+        low, high = np.quantile(raw, QUANTILES)
         spread = max(high - low, MIN_SPREAD)
     scaled: Floats = np.clip((raw - low) / spread, 0.0, 1.0)
     return scaled

@@ -14,14 +14,14 @@ import numpy as np
 
 from ..arrays.blocks import run_blocks
 from ..arrays.rows import row_mean
-from ..arrays.types import Floats, Indices
+from ..arrays.types import Floats, Indices, Mask
 from ..arrays.vectors import dot
 from ..input.geometry import Geometry
 from ..parameters import Parameters
 from ..progress import SILENT, Progress
 from .contraction import EQUAL, Level, build_levels
 from .frames import Frames
-from .graph import Graph
+from .graph import EdgeBlock, Graph
 from .noise import map_noise, normal_noise, smooth_normals
 from .patches import FULL_TURN, PERCENT
 from .saliency import (
@@ -173,7 +173,7 @@ def _measure(level: Level, noise: Floats, parameters: Parameters) -> tuple[Float
 
     def describe(start: int, stop: int) -> None:
         edges = graph.edges(start, stop)
-        factor = edge_deviation(edges, normals, signed, parameters)
+        factor = _deviation(edges, normals, signed, parameters)
         counted = deviating(factor, parameters.deviation_threshold, parameters.counting)
         mean[edges.vertices] = row_mean(factor, edges.indptr)
         share[edges.vertices] = row_mean(counted, edges.indptr)
@@ -203,6 +203,25 @@ def _measure(level: Level, noise: Floats, parameters: Parameters) -> tuple[Float
 
     run_blocks(gather, count)
     return raw, noise
+
+
+def _deviation(edges: EdgeBlock, normals: Floats, signed: Mask, parameters: Parameters) -> Floats:
+    """Return DF (e,) of edges as `saliency.edge_deviation`, from the chords between normals."""
+    if parameters.angle == "squared" or parameters.whole_percent:
+        return edge_deviation(edges, normals, signed, parameters)
+    first, second = normals.take(edges.row, axis=0), normals.take(edges.other, axis=0)
+    if not signed.all():
+        product = dot(first, second)
+        turn = ~(signed[edges.row] & signed[edges.other]) & (product < 0.0)
+        second[turn] *= -1.0
+    first -= second
+    angle = 2.0 * np.arcsin(np.minimum(0.5 * np.sqrt(dot(first, first)), 1.0))
+    # An unknown normal deviates from nothing; its chord to a unit vector is 60 degrees long.
+    far = np.flatnonzero(angle > 1.0)
+    row, other = normals[edges.row[far]], normals[edges.other[far]]
+    angle[far] *= row.any(axis=1) & other.any(axis=1)
+    factor: Floats = angle * (PERCENT / (2.0 * np.pi))
+    return factor
 
 
 def _combine(levels: tuple[Level, ...], used: range, maps: list[tuple[Floats, Floats]]) -> Floats:

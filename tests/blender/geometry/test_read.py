@@ -66,3 +66,50 @@ def test_what_modifiers_make(module):
     for source in found:
         source.discard()
     assert (len(bpy.data.meshes), len(bpy.data.pointclouds)) == before
+
+
+def test_what_can_protect_points_is_offered_and_understood(module):
+    read = module("geometry.read")
+    obj = scenes.torus()
+    obj.vertex_groups.new(name="group").add([3, 4], 0.5, "REPLACE")
+    for name, kind, domain in (
+        (".sculpt_mask", "FLOAT", "POINT"),
+        ("painted", "FLOAT", "POINT"),
+        ("faces", "BOOLEAN", "FACE"),
+        ("color", "FLOAT_COLOR", "POINT"),
+        ("edges", "FLOAT", "EDGE"),
+        (".hidden", "FLOAT", "POINT"),
+    ):
+        obj.data.attributes.new(name, kind, domain)
+    assert {"group", ".sculpt_mask", "painted", "faces"} <= set(read.weight_names(obj))
+    assert not {"color", "edges", ".hidden"} & set(read.weight_names(obj))
+    obj.data.attributes["faces"].data[7].value = True
+    obj.data.attributes[".sculpt_mask"].data[9].value = 0.25
+    found = read.weights(obj, obj.data, "faces")
+    assert set(np.flatnonzero(found)) == set(obj.data.polygons[7].vertices)
+    assert np.flatnonzero(read.weights(obj, obj.data, ".sculpt_mask")).tolist() == [9]
+    assert read.weights(obj, obj.data, "group")[[2, 3, 4]].tolist() == [0.0, 0.5, 0.5]
+    assert read.weight_names(None) == []
+
+
+def test_importance_keeps_more_points_where_it_is_painted():
+    obj = scenes.points_mesh(scenes.relief(2000))
+    left = scenes.positions(obj)[:, 0] < 2.0
+    obj.data.attributes.new("painted", "FLOAT", "POINT").data.foreach_set(
+        "value", left.astype("f4")
+    )
+    options = {"ratio": 0.1, "hide_source": False, "placement": "original"}
+
+    def share():
+        result = bpy.data.objects["points_simplified"]
+        found = (scenes.positions(result)[:, 0] < 2.0).mean()
+        bpy.data.objects.remove(result)
+        return found
+
+    bpy.ops.object.salient_simplify(**options)
+    plain = share()
+    bpy.ops.object.salient_simplify(importance="painted", importance_factor=20.0, **options)
+    assert share() > plain + 0.1
+    obj.data.attributes["painted"].data[0].value = -1.0
+    with pytest.raises(RuntimeError, match="importance wants values from 0 on"):
+        bpy.ops.object.salient_simplify(importance="painted", **options)

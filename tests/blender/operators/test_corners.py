@@ -313,3 +313,32 @@ def test_coordinates_that_single_precision_cannot_hold_are_said(capfd, offset, s
     told = reports(capfd, lambda: bpy.ops.object.salient_simplify(ratio=0.5))
     assert any("in steps of 0.0312" in line for line in told) == said
     assert said or not told
+
+
+@pytest.mark.parametrize("kind", ["mesh", "points", "cloud"])
+def test_colours_of_points_count_on_a_flat_sheet(kind):
+    points, quads = grid_of(40)
+    obj = mesh_of(points, quads) if kind == "mesh" else None
+    if obj is None:
+        obj = {"points": scenes.points_mesh, "cloud": scenes.cloud}[kind](points)
+    red = (points[:, 0] - 20) ** 2 + (points[:, 1] - 20) ** 2 < 150
+    rgba = np.where(red[:, None], [1.0, 0.0, 0.0, 1.0], [0.0, 0.0, 1.0, 1.0]).astype("f4")
+    was_red = {tuple(row): value for row, value in zip(points.tolist(), red, strict=True)}
+
+    def wrong():
+        """Return the share of points whose nearest kept one has the other colour."""
+        options = {"attribute_weight": 1.0, "measure": False, "hide_source": False}
+        result = simplified(obj, ratio=0.1, placement="original", **options)
+        kept = scenes.positions(result).astype(float)
+        bpy.data.objects.remove(result)
+        nearest = np.linalg.norm(points[:, None] - kept[None], axis=2).argmin(axis=1)
+        colors = np.array([was_red[tuple(row)] for row in kept.tolist()])
+        return (colors[nearest] != red).mean()
+
+    plain = wrong()
+    color = obj.data.attributes.new("Saliency Color", "FLOAT_COLOR", "POINT")
+    color.data.foreach_set("color", rgba.ravel())
+    assert wrong() == plain  # what Show Saliency stores is no colour of the object
+    color = obj.data.attributes.new("paint", "FLOAT_COLOR", "POINT")
+    color.data.foreach_set("color", rgba.ravel())
+    assert wrong() < 0.8 * plain

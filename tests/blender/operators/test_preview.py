@@ -26,6 +26,10 @@ def begin(module, work):
     return make
 
 
+def polygons(obj):
+    return [p.vertices[:] for p in obj.data.polygons] if obj.type == "MESH" else []
+
+
 def shown(preview):
     return [
         len(obj.data.attributes["position"].data) for copies in preview.copies for obj in copies
@@ -41,7 +45,7 @@ def test_one_object_follows_the_target_and_is_what_simplify_makes(begin, kind):
     if kind == "weighted":
         obj.vertex_groups.new(name="a").add(list(range(100)), 0.5, "REPLACE")
     data_before = len(bpy.data.meshes) + len(bpy.data.pointclouds)
-    preview = begin(ratio=0.5)
+    preview = begin(ratio=0.5, placement="optimal")
     (made,) = preview.copies[0]
     settings = bpy.context.scene.salient_simplify
     assert shown(preview) == [400]
@@ -55,13 +59,18 @@ def test_one_object_follows_the_target_and_is_what_simplify_makes(begin, kind):
         assert len(bpy.data.meshes) + len(bpy.data.pointclouds) == data_before + 1
         assert bpy.context.window_manager.salient_simplify.points_after == count
     assert preview.advance(bpy.context) == "wait"
+    preview.finish()  # what was shown were drafts
+    begin.wait(preview)
+    assert preview.copies == [[made]]
     preview.apply()
-    places = scenes.positions(made).tolist()
+    places, faces = scenes.positions(made).tolist(), polygons(made)
     bpy.data.objects.remove(made)
     obj.hide_set(False)
     scenes.select(obj)
-    bpy.ops.object.salient_simplify(ratio=0.9, placement="original", hide_source=False)
-    assert places == scenes.positions(bpy.data.objects[obj.name + "_simplified"]).tolist()
+    bpy.ops.object.salient_simplify(ratio=0.9, hide_source=False)
+    result = bpy.data.objects[obj.name + "_simplified"]
+    assert places == scenes.positions(result).tolist()
+    assert faces == polygons(result)
 
 
 def test_discarded_it_has_never_been(begin, extension):

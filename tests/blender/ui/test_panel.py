@@ -111,7 +111,6 @@ def test_the_panels_draw_what_there_is(module):
     drawn = Shown(panel.VIEW3D_PT_salient).layout.drawn
     assert drawn[:3] == ["target", "ratio", "object.salient_simplify"]
     assert drawn[3] == "object.salient_preview"
-    assert "protect" not in Shown(panel.VIEW3D_PT_salient_quality).layout.drawn
     scenes.torus()
     bpy.ops.object.salient_simplify(hide_source=False, placement="original", ratio=0.5)
     bpy.context.scene.salient_simplify.target = "MAX_ERROR"

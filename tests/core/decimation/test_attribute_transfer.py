@@ -90,3 +90,23 @@ def test_edges_by_hand():
     assert edge_sources(points, edges[2:], ends[2:], kept, new).tolist() == [-1]
     dropped = np.array([[0, -1]])
     assert edge_sources(points, edges[:1], dropped, kept, new).tolist() == [-1]
+
+
+def test_places_of_moved_points_have_the_values_of_the_original():
+    points, faces = roof()
+    values = points[:, :2]  # linear along the roof, so that interpolation is exact
+    parameters = salcore.Parameters(placement="optimal")
+    result = salcore.simplify(points, faces, ratio=0.2, parameters=parameters)
+    face, weights = result.place_source()
+    assert (weights >= -1e-12).all()
+    np.testing.assert_allclose(weights.sum(axis=1), 1.0)
+    interpolated = np.einsum("pk,pkd->pd", weights, values[faces[face]])
+    np.testing.assert_allclose(interpolated, result.positions[:, :2], atol=0.1)
+    # Points that stay are corners of their faces; those that no face uses have none.
+    more = np.concatenate([points, [[50.0, 50, 50]]])
+    face, weights = salcore.simplify(more, faces, ratio=1.0).place_source()
+    assert face[-1] == -1
+    own = (weights[:-1, :, None] * points[faces[face[:-1]]]).sum(axis=1)
+    np.testing.assert_allclose(own, points, atol=1e-12)
+    with pytest.raises(salcore.GeometryError, match="has none"):
+        salcore.simplify(points, ratio=0.5).place_source()

@@ -121,7 +121,11 @@ def test_a_report_without_errors():
     assert "errors" not in result.__dict__
     assert (report.parts_before, report.parts_after) == (2, 2)
     assert report.as_dict()["errors"] is None
-    assert dataclasses.replace(report, errors=result.errors) == result.report
+    assert report.seconds_errors is None
+    full = result.report
+    assert full.seconds_errors > 0
+    changes = {"errors": result.errors, "seconds_errors": full.seconds_errors}
+    assert dataclasses.replace(report, **changes) == full
 
 
 def test_figures_of_parts():

@@ -10,10 +10,14 @@ from shapes import grid, torus
 
 import salcore
 from salcore.arrays.edges import edge_key, find_edges
-from salcore.decimation.refine import fixed_edges, refine_faces
-from salcore.decimation.samples import Samples, Triangles
+from salcore.arrays.vectors import face_normals
+from salcore.decimation.flips import FlipMesh, independent
+from salcore.decimation.nearest_faces import Assignment, Triangles
+from salcore.decimation.refine import fixed_edges, flip_edges
+from salcore.decimation.samples import Samples
 
 CUT = salcore.Parameters(refine=False)
+OPTIMAL = {"placement": "optimal"}
 # A square whose ridge runs from 1 to 3, cut along the other diagonal; point 4 is on the ridge.
 RIDGE = np.array([[0, 0, 0], [1, 0, 1], [1, 1, 0], [0, 1, 1], [0.5, 0.5, 1]], dtype=float)
 VALLEY = np.array([[0, 1, 2], [0, 2, 3]])
@@ -21,53 +25,85 @@ NOTHING = np.empty((0, 2), dtype=np.int32)
 FREE = np.zeros(5, dtype=bool)
 
 
-def on_ridge() -> Samples:
-    up = np.array([[0.0, 0.0, 1.0]])
-    return Samples(RIDGE[4:], up, np.ones(1), np.array([0]))
+def flipped(faces, fixed=None, points=RIDGE):
+    """Return the faces after flips, for a sample above point 4, and their corners."""
+    fixed = np.empty(0, np.int64) if fixed is None else fixed
+    mesh = FlipMesh.of(faces, np.arange(faces.size).reshape(-1, 3), len(points), fixed)
+    sample = Samples(points[4:].T, np.array([[0.0, 0.0, 1.0]]).T, np.ones(1), np.array([0]), 1)
+    flip_edges(mesh, points, sample, Assignment.of(sample, points, faces), 5)
+    return mesh.faces, mesh.corners
 
 
 def test_distances_to_triangles_by_hand():
     triangles = Triangles.of(np.array([[0, 0, 0], [4, 0, 0], [0, 4, 0.0]]), np.array([[0, 1, 2]]))
-    queries = np.array([[1, 1, 3], [-3, -4, 0], [2, -2, 0], [3, 3, 0], [-1, 2, 1], [9, 0, 0.0]])
-    square = triangles.square_distances(queries, np.zeros(6, dtype=int))
+    queries = np.array([[1, 1, 3], [-3, -4, 0], [2, -2, 0], [3, 3, 0], [-1, 2, 1], [9, 0, 0.0]]).T
+    first = np.zeros(6, dtype=int)
+    square = triangles.square_distances(queries, first)
     np.testing.assert_allclose(square, [9, 25, 4, 2, 2, 25], atol=1e-12)
+    share, inside = triangles.project(queries, first)
+    nearest = [[2, 1, 1], [4, 0, 0], [2, 2, 0], [0, 2, 2], [2, 0, 2], [0, 4, 0]]
+    np.testing.assert_allclose(4 * share.T, nearest, atol=1e-12)
+    assert inside.tolist() == [True] + 5 * [False]
     line = Triangles.of(np.array([[0, 0, 0], [4, 0, 0], [2, 0, 0.0]]), np.array([[0, 1, 2]]))
-    assert line.square_distances(queries[:1], np.zeros(1, dtype=int)) == [10]
+    assert line.square_distances(queries[:, :1], first[:1]) == [10]
+    assert triangles.areas() == [8]
+    assert line.areas() == [0]
+
+
+def test_a_sample_walks_to_its_nearest_face():
+    points, faces = grid(3, 20)
+    queries = np.array([[15.3, 1.4, 0.5], [18.9, 0.2, -1.0]])
+    samples = Samples(queries.T, np.zeros((3, 2)), np.ones(2), np.array([12, 54]), 2)
+    at = Assignment.of(samples, points, faces)
+    np.testing.assert_allclose(at.square, [0.25, 1.0])
+    low, high = points[faces[at.face]].min(axis=1), points[faces[at.face]].max(axis=1)
+    assert ((low <= queries) & (queries <= high))[:, :2].all()
 
 
 def test_an_edge_is_flipped_onto_the_ridge_with_its_corners():
-    corners = np.arange(6).reshape(2, 3)
-    faces, moved = refine_faces(RIDGE, VALLEY, corners, on_ridge(), np.empty(0, np.int64))
+    before = VALLEY.copy()
+    faces, corners = flipped(VALLEY)
     assert {frozenset(face) for face in faces.tolist()} == {
         frozenset({0, 1, 3}),
         frozenset({1, 2, 3}),
     }
-    assert (VALLEY.ravel()[moved] == faces).all()
-    assert (VALLEY == [[0, 1, 2], [0, 2, 3]]).all()  # the input stays
+    assert (VALLEY.ravel()[corners] == faces).all()
+    assert (before == VALLEY).all()
 
 
 def test_fixed_edges_stay():
     source = np.array([0, 1, 2, 3, 0])
-    corners = np.arange(6).reshape(2, 3)
     seam = fixed_edges(VALLEY, source, np.array([[2, 4]], dtype=np.int32), FREE)
     assert seam.tolist() == [2]  # 4 went into 0: the key of edge 0-2 of five points
     held = FREE.copy()
     held[[0, 2]] = True
     for fixed in (seam, fixed_edges(VALLEY, source, NOTHING, held)):
-        faces, _ = refine_faces(RIDGE, VALLEY, corners, on_ridge(), fixed)
-        assert (faces == VALLEY).all()
+        assert (flipped(VALLEY, fixed)[0] == VALLEY).all()
 
 
 def test_no_edge_twice_and_no_face_turned():
     # A tetrahedron has all edges already; a dart's other diagonal lies outside.
-    corners = np.arange(12).reshape(4, 3)
     closed = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]])
-    faces, _ = refine_faces(RIDGE, closed, corners, on_ridge(), np.empty(0, np.int64))
-    assert (faces == closed).all()
+    assert (flipped(closed)[0] == closed).all()
     dart = RIDGE.copy()
     dart[1:4] = [[1, 0.1, 1], [0.3, 0.2, 0], [0.1, 1, 1]]
-    faces, _ = refine_faces(dart, VALLEY, corners[:2], on_ridge(), np.empty(0, np.int64))
-    assert (faces == VALLEY).all()
+    assert (flipped(VALLEY, points=dart)[0] == VALLEY).all()
+
+
+def test_sides_beyond_edges_follow_flips():
+    points, faces = wavy()
+    mesh = FlipMesh.of(faces, faces, len(points), np.empty(0, np.int64))
+    for seed in range(5):
+        quads = mesh.quads(mesh.sides_of(np.ones(len(faces), dtype=bool)))
+        quads = quads.take(mesh.legal(quads, points))
+        gain = np.random.default_rng(seed).random(len(quads.left))
+        chosen = independent(quads, gain, len(points))
+        assert len(np.unique(quads.corners[:, chosen])) == 4 * len(chosen) > 0
+        mesh.flip(quads.take(chosen))
+        again = FlipMesh.of(mesh.faces, mesh.corners, len(points), np.empty(0, np.int64))
+        assert (mesh.twins == again.twins).all()
+        assert (mesh.corners == mesh.faces).all()
+        assert np.isin(again.keys, mesh.keys).all()
 
 
 def wavy() -> tuple[np.ndarray, np.ndarray]:
@@ -145,3 +181,45 @@ def test_models(name):
         )
         assert refined.errors.surface.rms <= cut.errors.surface.rms
         assert len(refined.faces) == len(cut.faces)
+
+
+@pytest.mark.parametrize("shape", [wavy(), torus(60, 40)], ids=["wavy", "torus"])
+def test_fitting_halves_the_error_and_keeps_topology(shape):
+    points, faces = shape
+    results = [
+        salcore.simplify(points, faces, ratio=0.1, parameters=dataclasses.replace(p, **OPTIMAL))
+        for p in (CUT, salcore.Parameters())
+    ]
+    cut, fitted = results
+    assert (cut.indices == fitted.indices).all()
+    assert fitted.errors.surface.rms < 0.75 * cut.errors.surface.rms
+    before, after = (find_edges(r.faces, len(r.indices)) for r in results)
+    assert sorted(before.uses) == sorted(after.uses)
+    normals = face_normals(fitted.positions, fitted.faces)
+    assert (normals.any(axis=1)).all()
+
+
+def test_fitting_leaves_protected_points_and_what_fits_already():
+    points, faces = wavy()
+    protect = np.zeros(len(points), dtype=bool)
+    protect[::97] = True
+    parameters = salcore.Parameters(**OPTIMAL)
+    result = salcore.simplify(points, faces, ratio=0.1, protect=protect, parameters=parameters)
+    held = protect[result.indices]
+    assert held.sum() == protect.sum()
+    np.testing.assert_allclose(result.positions[held], points[result.indices][held], atol=1e-12)
+    assert not np.allclose(result.positions[~held], points[result.indices][~held])
+    whole = salcore.simplify(points, faces, ratio=1.0, parameters=parameters)
+    assert np.abs(whole.positions - points).max() < 1e-3
+
+
+def test_a_flat_sheet_stays_flat_with_its_border():
+    points, faces = grid(20, 20)
+    for share in (0.5, 0.1):
+        result = salcore.simplify(
+            points, faces, ratio=share, parameters=salcore.Parameters(**OPTIMAL)
+        )
+        assert np.abs(result.positions[:, 2]).max() < 1e-9
+        double = face_normals(result.positions, result.faces)
+        assert (double[:, 2] > 0).all()
+        assert 0.5 * double[:, 2].sum() == pytest.approx(19 * 19, rel=0.01)

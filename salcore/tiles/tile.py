@@ -1,0 +1,154 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What is worked out for one tile: its maps and surface, and the order in which its core goes.
+
+A tile has the points of its core and of a halo, so that whatever the core's points look at is
+there. Only the core counts in statistics and results.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..arrays.blocks import set_workers
+from ..arrays.types import Floats, Ints, Mask
+from ..arrays.vectors import dot, face_normals
+from ..decimation.order import eliminate
+from ..decimation.surface import elimination_surface
+from ..decimation.weights import weigh_removals
+from ..input.constraints import Constraints
+from ..input.geometry import Geometry, clean
+from ..method.frames import Frames, build_frames
+from ..method.graph import build_graph
+from ..method.saliency import build_saliency
+from ..parameters import Parameters
+from ..progress import SILENT, Progress
+from .merge import Statistics, Whole
+
+
+@dataclass(frozen=True, eq=False)
+class Tile:
+    """A tile that has been analysed, over its n distinct points. It pickles.
+
+    Attributes
+    ----------
+    geometry : Geometry
+    frames : Frames
+    saliency : (n,) float64
+        Before it is scaled.
+    faces : (m, 3) int32
+        Triangles on which neighbouring stars agree.
+    links : ((l,) int32, (l,) int32)
+        Where points without triangles may go.
+    core : (n,) bool
+        Points that are no halo.
+    """
+
+    geometry: Geometry
+    frames: Frames
+    saliency: Floats
+    faces: Ints
+    links: tuple[Ints, Ints]
+    core: Mask
+
+    def statistics(self) -> Statistics:
+        """Return what this tile adds to the whole."""
+        points = self.geometry.points
+        mine = self.core[self.faces[np.arange(len(self.faces)), self._first_corner()]]
+        double = face_normals(points, self.faces[mine])
+        return Statistics.of_core(self.saliency[self.core], 0.5 * np.sqrt(dot(double, double)))
+
+    def _first_corner(self) -> NDArray[np.intp]:
+        """Return the corner (m,) of each face that comes first in the whole: its tile counts it."""
+        result: NDArray[np.intp] = self.geometry.number[self.faces].argmin(axis=1)
+        return result
+
+
+@dataclass(frozen=True, eq=False)
+class Order:
+    """When the points of a tile go, on the scale of the whole.
+
+    Attributes
+    ----------
+    step : (n,) int32
+        Step of the threshold; `LAST_STEP` for those that never go.
+    cost : (n,) float64
+        Of removal.
+    """
+
+    step: Ints
+    cost: Floats
+
+
+def analyse_tile(
+    points: Floats,
+    core: Mask,
+    box: tuple[Floats, Floats],
+    parameters: Parameters,
+    progress: Progress = SILENT,
+) -> Tile:
+    """Return a tile with its saliency and surface.
+
+    Parameters
+    ----------
+    points : (N, 3) float64
+        Of core and halo, in the order of the whole cloud; equal points are welded.
+    core : (N,) bool
+        Points of the core. One of several equal ones is enough: these lie in the same place.
+    box : ((3,) float64, (3,) float64)
+        Lowest and highest coordinates of the whole cloud.
+    parameters : Parameters
+    progress : Progress, optional
+
+    Notes
+    -----
+    O(N log N) time, as `salcore.analyze`.
+    """
+    with set_workers(parameters.workers):
+        geometry = clean(points, None, None, parameters, box)
+        graph = build_graph(geometry, parameters, progress.part(0.0, 0.6, "Graph"))
+        frames = build_frames(geometry, graph, parameters, progress.part(0.6, 0.75, "Normals"))
+        part = progress.part(0.75, 0.9, "Saliency")
+        saliency = build_saliency(geometry.points, graph, frames, parameters, part)
+        part = progress.part(0.9, 1.0, "Surface")
+        faces, links = elimination_surface(geometry, graph, parameters, part)
+    return Tile(geometry, frames, saliency.raw, faces, links, core[geometry.input_of])
+
+
+def order_tile(
+    tile: Tile, whole: Whole, parameters: Parameters, progress: Progress = SILENT
+) -> Order:
+    """Return when the input points of a tile go.
+
+    Parameters
+    ----------
+    tile : Tile
+    whole : Whole
+        From `merge_statistics` of all tiles.
+    parameters : Parameters
+    progress : Progress, optional
+
+    Notes
+    -----
+    Of equal points the first stands for all; the others go at once, at step `LOWEST`, and points
+    that are not finite before them.
+    """
+    geometry = tile.geometry
+    constraints = Constraints.check(geometry, None, None, None)
+    saliency = whole.scaled(tile.saliency)
+    with set_workers(parameters.workers):
+        weights = weigh_removals(geometry, tile.frames, saliency, constraints, parameters)
+        elimination = eliminate(
+            geometry.points,
+            tile.faces,
+            tile.links,
+            weights,
+            progress=progress,
+            priority=geometry.number,
+            scale=whole.scale,
+        )
+    assert elimination.step is not None
+    assert elimination.cost is not None
+    return Order(elimination.step, elimination.cost)
