@@ -75,6 +75,16 @@ def make_parser(runs: Mapping[str, Callable[[argparse.Namespace], None]]) -> Par
         )
 
     compare = command("compare", "measure the errors between two files")
+    _add_compared(compare)
+
+    show = command("demo", "analyse and simplify two scans that come along")
+    show.add_argument("folder", nargs="?", type=Path, default=Path("salient-simplify-demo"))
+    show.add_argument("--quiet", action="store_true", help="show no progress")
+    return parser
+
+
+def _add_compared(compare: argparse.ArgumentParser) -> None:
+    """Add the two files of a comparison."""
     for name in ("original", "simplified"):
         compare.add_argument(name, type=Path, help="mesh file, or MeshLab project (.mlp)")
         compare.add_argument(
@@ -83,11 +93,6 @@ def make_parser(runs: Mapping[str, Callable[[argparse.Namespace], None]]) -> Par
     _add_report(compare)
     compare.add_argument("--quiet", action="store_true", help="show no figures")
     compare.add_argument("--force", action="store_true", help="overwrite an existing report")
-
-    show = command("demo", "analyse and simplify two scans that come along")
-    show.add_argument("folder", nargs="?", type=Path, default=Path("salient-simplify-demo"))
-    show.add_argument("--quiet", action="store_true", help="show no progress")
-    return parser
 
 
 def _add_files(command: argparse.ArgumentParser) -> None:

@@ -103,7 +103,7 @@ class MeshDocument:
         output: Path,
         *,
         normals: Floats,
-        corner_normals: Floats | None,
+        corner_normals: Floats | None = None,
         with_faces: bool,
         force: bool,
     ) -> None:

@@ -202,7 +202,7 @@ def test_a_failed_move_is_undone(tmp_path):
         with pytest.raises(OSError, match=r"o\.obj"):
             staging.publish(folder, tmp_path / "o.obj", force=True)
     assert (tmp_path / "o.mtl").read_text() == "old"
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["o.obj", "o.mtl"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["o.mtl", "o.obj"]
 
 
 def test_hidden_folders_of_killed_runs_go_after_an_hour(tmp_path):

@@ -205,7 +205,7 @@ def test_decimation_stays_a_mesh_and_keeps_its_place():
     source = meshes.current_mesh()
     points, faces = source.vertex_matrix(), source.face_matrix()
     colors, scalars = source.vertex_color_matrix(), source.vertex_scalar_array()
-    expected = salcore.simplify(points, faces, ratio=0.4)
+    expected = salcore.simplify(points, faces, ratio=0.4, point_values=colors[:, :3])
     report = mf.meshing_decimation_by_saliency(meshes, ratio=0.4)
     light = meshes.current_mesh()
     assert [m.label() for m in meshes] == ["layer 0", "layer 1"]

@@ -65,15 +65,19 @@ def assert_same(before, after):
 
 
 @pytest.mark.parametrize("name", ANALYSES + SIMPLIFICATIONS)
-def test_a_cancelled_filter_leaves_all_as_it_was(meshes, name):
+def test_a_cancelled_filter_leaves_all_as_it_was(name):
+    def make_set():
+        result = pymeshlab.MeshSet(verbose=False)
+        for mesh in (pymeshlab.Mesh(bumpy()), pymeshlab.Mesh(*torus(30, 15))):
+            result.add_mesh(mesh)
+        result.set_current_mesh(1)
+        return result
+
     calls = []
-    mf.apply(meshes, name, progress=lambda *told: calls.append(told), **TARGET.get(name, {}))
+    mf.apply(make_set(), name, progress=lambda *told: calls.append(told), **TARGET.get(name, {}))
     assert len(calls) > 3
     for stop in sorted({1, 2, len(calls) // 2, len(calls) - 1, len(calls)}):
-        fresh = pymeshlab.MeshSet(verbose=False)
-        for mesh in (pymeshlab.Mesh(bumpy()), pymeshlab.Mesh(*torus(30, 15))):
-            fresh.add_mesh(mesh)
-        fresh.set_current_mesh(1)
+        fresh = make_set()
         before = state(fresh)
         told = []
 
