@@ -192,6 +192,7 @@ class Cuts:
             protected=constraints.protected_points,
             copies=ranks - len(elimination.rank),
             notes=tuple(notes),
+            seams=None if constraints.wedges is None else constraints.wedges.seams,
         ).with_backs()
 
     def _optimal_positions(self, source: Indices, faces: Indices) -> Floats:

@@ -242,8 +242,8 @@ class Parameters:
         sentence="Kept vertices of a mesh stay original points, or move to where the error is "
         "least (optimal).")
     refine: bool = _row("Elimination", True, "Refine",
-        sentence="Flip edges of a simplified mesh to where its original lies, which lowers the "
-        "error by a tenth; off hands the cut over as it is.")
+        sentence="Bring a simplified mesh nearer to its original: edges are flipped, and optimal "
+        "placement is fitted; off hands the cut over as it is.")
     error_unit: str = _row("Elimination", "diagonal", "Unit of error",
         choices=("diagonal", "length"),
         sentence="Largest error as a share of the bounding box's diagonal, or as a length in the "

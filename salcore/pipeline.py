@@ -130,7 +130,7 @@ def simplify(
     >>> len(salcore.simplify(square, fan, faces=2).faces)
     2
     """
-    if triangles is None and np.ndim(target.get("faces")) > 0:
+    if triangles is None and np.ndim(target.get("faces", 0)) > 0:
         triangles = target.pop("faces")
     one_target(target)  # before the long part
     work = Progress(progress)

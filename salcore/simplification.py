@@ -14,8 +14,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from .arrays.blocks import set_workers
 from .arrays.check import corner_values, indices
-from .arrays.types import Floats, Indices, Mask
-from .decimation.attribute_transfer import corner_sources, edge_sources, place_sources
+from .arrays.types import Floats, Indices, Ints, Mask
+from .decimation.attribute_transfer import (
+    corner_sources,
+    edge_sources,
+    label_charts,
+    place_sources,
+)
 from .decimation.kept_points import keep_corner_points, keep_points
 from .decimation.normal_transfer import transfer_normals
 from .decimation.put_backs import put_backs
@@ -314,6 +319,42 @@ class Simplification:
         face, weights = place_sources(geometry.points, geometry.faces, vertex, places)
         return np.where(face >= 0, geometry.face_of[face], -1).astype(np.int64), weights
 
+    def corner_places(self) -> tuple[NDArray[np.int64], Floats]:
+        """Return the input face that each corner takes its values from, and its place in it.
+
+        Values of a layer (F, 3, d) at the corners of the result are
+        ``(weights[..., None] * layer[face]).sum(axis=2)``: those of `face_corners`, but where
+        points have moved within their charts, what the layer has at the new place.
+
+        Returns
+        -------
+        face : (K, 3) int64
+        weights : (K, 3, 3) float64
+            Of the face's corners.
+
+        Raises
+        ------
+        GeometryError
+            If the simplification has no faces.
+
+        Notes
+        -----
+        O(F log F) time.
+        """
+        if self.faces is None or self.face_corners is None:
+            raise GeometryError("faces: this simplification has none; simplify a mesh by count")
+        face, corner = np.divmod(self.face_corners, 3)
+        weights = np.eye(3)[corner]
+        if self.positions is None:
+            return face, weights
+        context = self._context
+        chart = np.full(context.geometry.given_faces + 1, -1)  # the last is that of no face
+        chart[context.geometry.face_of] = label_charts(context.geometry.faces, context.seams)
+        place, share = self.place_source()
+        place, share = place[self.faces], share[self.faces]
+        moved = (chart[place] == chart[face]) & (chart[face] >= 0)
+        return np.where(moved, place, face), np.where(moved[:, :, None], share, weights)
+
     def edge_source(self, edges: ArrayLike, new_edges: ArrayLike) -> NDArray[np.int64]:
         """Return the input edge (e,) that each edge of the result takes its values from.
 
@@ -451,3 +492,4 @@ class _Context:
     corners: Indices | None
     workers: int
     seconds_analysis: float
+    seams: Ints | None = None

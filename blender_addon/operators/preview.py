@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
@@ -92,8 +93,10 @@ class Preview:
     def _cut(self, target: dict[str, float]) -> None:
         """Ask for another target."""
         self._wanted = target
-        words = {"task": "cut", "targets": [target], "draft": not self.finishing}
-        makers = [partial(dict, words, number=k) for k in range(len(self.sources))]
+        words: dict[str, Any] = {"task": "cut", "targets": [target], "draft": not self.finishing}
+        makers: list[Callable[[], Any]] = [
+            partial(dict, words, number=k) for k in range(len(self.sources))
+        ]
         self.task = Task(makers, self.host)
 
     def finish(self) -> None:

@@ -357,7 +357,7 @@ def point_radius(points: Any) -> float:
     """Return half the mean distance to the nearest other point, of a sample; 0 without any."""
     tree = cKDTree(points, balanced_tree=False)
     sample = points[:: max(len(points) // MAX_SAMPLE, 1)]
-    distance = tree.query(sample, k=2)[0][:, 1]
+    distance = np.asarray(tree.query(sample, k=2)[0])[:, 1]
     distance = distance[np.isfinite(distance) & (distance > 0.0)]
     return 0.5 * float(distance.mean()) if len(distance) else 0.0
 

@@ -78,7 +78,7 @@ def guess(values: Sequence[NDArray[Any]], ending: str) -> list[str]:
             position += 3
             continue
         scalar += 1
-        plain = "intensity" not in names and (ending == ".pts" or left in (1, 4))
+        plain = "intensity" not in names and (ending == ".pts" or len(some) % 3 == 1)
         names.append("intensity" if plain else f"scalar_{position + 1}")
         position += 1
     return names

@@ -45,7 +45,7 @@ class Document(Protocol):
         output: Path,
         *,
         normals: Floats,
-        corner_normals: Floats | None,
+        corner_normals: Floats | None = None,
         with_faces: bool,
         force: bool,
     ) -> None:
@@ -221,7 +221,7 @@ class LayerDocument:
         output: Path,
         *,
         normals: Floats,
-        corner_normals: Floats | None,
+        corner_normals: Floats | None = None,
         with_faces: bool,
         force: bool,
     ) -> None:

@@ -13,6 +13,9 @@ from ..errors import FileError, Warn, ignore
 from . import formats
 from .headers import PROJECT, check_complete, declared_vertices, unread_properties
 
+CHECKER = "dummy.png"
+"""What MeshLab calls the image that it puts where one is missing."""
+
 
 def matching(names: Sequence[str]) -> list[Path]:
     """Return the files that names and patterns stand for, those of a pattern in order.
@@ -106,6 +109,12 @@ def load(path: Path, warn: Warn = ignore) -> Any:
         warn(
             f"{path}: {declared - read} of {declared} points have no valid coordinates "
             "and were left out by the reader"
+        )
+    checked = any(CHECKER in mesh.textures() for mesh in mesh_set)
+    if checked and not (path.parent / CHECKER).is_file():
+        warn(
+            f"{path}: an image of its textures is missing; MeshLab puts a checker, {CHECKER}, in "
+            "its place"
         )
     unread = unread_properties(path)
     if unread:

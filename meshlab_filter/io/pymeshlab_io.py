@@ -35,7 +35,7 @@ def load(path: Path) -> Any:
     try:
         with _silence():
             read(absolute)
-    except (pymeshlab.PyMeshLabException, RuntimeError) as error:
+    except (pymeshlab.PyMeshLabException, RuntimeError, IndexError) as error:
         text = _one_line(error, path)
         if "Unknown format" in text:
             raise UnknownFormatError(f"{path}: {formats.unknown(path)}") from error
@@ -75,7 +75,7 @@ def save(mesh_set: Any, path: Path, shown_as: Path, **options: Any) -> None:
     try:
         with _silence():
             mesh_set.save_current_mesh(str(path.resolve()), **options)
-    except (pymeshlab.PyMeshLabException, RuntimeError) as error:
+    except (pymeshlab.PyMeshLabException, RuntimeError, IndexError) as error:
         _check_space(path, shown_as)
         text = _one_line(error, path)
         raise FileError(f"{shown_as}: {text}; choose another format, such as .ply") from error
@@ -94,7 +94,7 @@ def save_project(mesh_set: Any, path: Path, shown_as: Path) -> None:
         with _silence():
             # Given a relative path, MeshLab fails without an exception.
             mesh_set.save_project(str(path.resolve()))
-    except (pymeshlab.PyMeshLabException, RuntimeError) as error:
+    except (pymeshlab.PyMeshLabException, RuntimeError, IndexError) as error:
         raise OSError(f"{shown_as}: {_one_line(error, path)}") from error
     _check_space(path, shown_as)
     if not path.is_file():

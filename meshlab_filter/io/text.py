@@ -75,10 +75,11 @@ def read(path: Path, warn: Warn = ignore, columns: str | None = None) -> list[La
         names = guess(table, path.suffix.lower())
     found = {name: v for name, v in zip(names, table, strict=True) if name not in SKIP}
     missing = [name for name in XYZ if name not in found]
-    if missing and layout.names is not None and columns is None:
-        names = guess(table, path.suffix.lower())
+    if len(missing) == 3 and layout.names is not None and columns is None:
+        _refuse_degrees(layout.names, path)
+        names = unique([*XYZ, *names[3:]])  # whatever they are called, they come first
         found = dict(zip(names, table, strict=True))
-        missing = [name for name in XYZ if name not in found]
+        missing = []
     if missing or any(found[name].dtype.kind not in "iuf" for name in XYZ):
         raise FileError(
             f"{path}: its columns were read as {describe(found)}, where no numbers are called "
@@ -91,6 +92,15 @@ def read(path: Path, warn: Warn = ignore, columns: str | None = None) -> list[La
     after = f", after {lines} header line{'s' * (lines > 1)}" if lines else ""
     warn(f"{path}: columns read as {describe(found)}{_range(found)}{after}; --columns changes it")
     return [Layer(path.stem, points, found, origin=Origin(layout.separator, layout.header))]
+
+
+def _refuse_degrees(names: list[str], path: Path) -> None:
+    """Refuse coordinates that are angles on the globe, between which there are no distances."""
+    if any(re.fullmatch(r"lat(itude)?|lon(g|gitude)?", name.strip().lower()) for name in names):
+        raise FileError(
+            f"{path}: its columns {', '.join(names[:3])} are degrees; project them to metres "
+            "first, or name the columns of a projection with --columns"
+        )
 
 
 def _range(columns: Columns) -> str:

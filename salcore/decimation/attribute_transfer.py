@@ -9,18 +9,20 @@ belong to edges.
 from __future__ import annotations
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from ..arrays.blocks import worker_count
-from ..arrays.edges import edge_key
-from ..arrays.types import Floats, Indices, Integers, Keys
+from ..arrays.edges import edge_key, pairs_at_edges
+from ..arrays.types import Floats, Indices, Integers, Ints, Keys
 from ..arrays.vectors import dot
 from .nearest_faces import Assignment, Triangles
 from .samples import Samples
 
 
 def corner_sources(
-    corners: Indices, wanted: Indices, origin: Integers, charts: Floats | None
+    corners: Integers, wanted: Indices, origin: Integers, charts: Floats | None
 ) -> Keys:
     """Return the corner (K, 3) of the input that each new corner takes its values from.
 
@@ -66,6 +68,19 @@ def corner_sources(
     query = np.column_stack([values[own[moved]], step * place.ravel()])
     own[moved] = candidates[tree.query(query, workers=worker_count())[1]]
     return own
+
+
+def label_charts(faces: Indices, seams: Ints | None) -> Indices:
+    """Return the chart (m,) of each face: those linked by edges that are no seams are one."""
+    total = len(faces)
+    count = int(faces.max(initial=-1)) + 1
+    edges, edge, low, _ = pairs_at_edges(faces, np.arange(total), count)
+    one, other = low // 3
+    if seams is not None and len(seams):
+        linked = ~edges.among(seams, count)[edge]
+        one, other = one[linked], other[linked]
+    links = coo_array((np.ones(len(one), dtype=bool), (one, other)), shape=(total, total))
+    return connected_components(links, directed=False)[1].astype(np.intp)
 
 
 def place_sources(

@@ -234,7 +234,7 @@ def input_ranking(
     vertex_of, protected = geometry.vertex_of, constraints.protected_points
     standing = first_points(geometry, protected)
     finite = vertex_of >= 0
-    held = np.count_nonzero(constraints.staying)
+    held = int(np.count_nonzero(constraints.staying))
     others = finite.copy()
     others[standing] = False
     protected_copies = np.zeros(len(finite), dtype=bool)

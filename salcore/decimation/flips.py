@@ -14,7 +14,7 @@ from ..arrays.blocks import run_blocks
 from ..arrays.edges import contains, edge_key, find_edges
 from ..arrays.rows import row_entries
 from ..arrays.types import Floats, Indices, Keys, Mask
-from ..arrays.vectors import cross
+from ..arrays.vectors import cross, dot
 from .legality import turned_over
 from .nearest_faces import Assignment, Triangles, product
 from .samples import Samples
@@ -23,6 +23,8 @@ EDGE_BLOCK = 1 << 10
 """Edges whose samples are looked at together: temporaries about the size of a cache."""
 HELPINGS = 3
 """Times that further flips are picked among those that conflict with none picked so far."""
+FOLD_COSINE = -0.2
+"""Cosine between the normals of faces at an edge below which they fold back on each other."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +99,8 @@ class FlipMesh:
         """Return one side (e,) of each edge of the chosen faces (k,) that may be flipped."""
         side = (3 * np.flatnonzero(chosen)[:, None] + np.arange(3)).ravel()
         twin = self.twins[side]
-        return side[(twin >= 0) & ((side < twin) | ~chosen[twin // 3])]
+        one: Indices = side[(twin >= 0) & ((side < twin) | ~chosen[twin // 3])]
+        return one
 
     def quads(self, left: Indices) -> Quads:
         """Return the edges at sides (e,)."""
@@ -107,7 +110,7 @@ class FlipMesh:
         return Quads(np.stack([flat[s] for s in sides]), left, right)
 
     def legal(self, quads: Quads, points: Floats) -> Mask:
-        """Return which flips (e,) make a new edge and turn no face over."""
+        """Return which flips (e,) make a new edge, and neither turn a face over nor make a fold."""
         _, _, c, d = quads.corners
         good = (c != d) & ~contains(self.keys, edge_key(c, d, self.count))
         rows = np.flatnonzero(good)
@@ -117,10 +120,12 @@ class FlipMesh:
             p, q, r, s = (points.take(corner[row], axis=0) for corner in quads.corners)
             one, other = cross(s - p, r - p), cross(q - s, r - s)
             outward = one + other  # that of the old faces, too
-            good[row] = ~(turned_over(outward, one) | turned_over(outward, other))
+            bad = turned_over(outward, one) | turned_over(outward, other)
+            old = cosines(cross(q - p, r - p), cross(s - p, q - p))
+            good[row] = ~(bad | folds(old, cosines(one, other)))
 
         run_blocks(check, len(rows))
-        return good
+        return np.asarray(good)
 
     def flip(self, quads: Quads) -> None:
         """Flip edges, of which no two quads share a vertex."""
@@ -142,6 +147,20 @@ class FlipMesh:
         self.corners[other // 3] = np.stack([d, b, c], axis=1)
         new = np.sort(edge_key(quads.corners[2], quads.corners[3], self.count))
         self.keys = np.insert(self.keys, np.searchsorted(self.keys, new), new)
+
+
+def cosines(first: Floats, second: Floats) -> Floats:
+    """Return the cosines (e,) of the angles between vectors (e, 3); zero where one vanishes."""
+    lengths = np.sqrt(dot(first, first) * dot(second, second))
+    cosine: Floats = np.divide(
+        dot(first, second), lengths, out=np.zeros_like(lengths), where=lengths > 0.0
+    )
+    return cosine
+
+
+def folds(before: Floats, after: Floats) -> Mask:
+    """Return where faces at an edge fold back that did so less, by the cosines (e,) of normals."""
+    return np.asarray((after < FOLD_COSINE) & (after < before))
 
 
 def following(side: Indices, turns: int = 1) -> Indices:

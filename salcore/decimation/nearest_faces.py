@@ -56,7 +56,8 @@ class Triangles:
             a, b, c = (points.take(faces[start:stop, k], axis=0) for k in range(3))
             first, second = b - a, c - a
             squares = dot(first, first), dot(first, second), dot(second, second)
-            rows = a.T, first.T, second.T, unit(cross(first, second)).T, squares
+            normals = unit(cross(first, second))
+            rows = [a.T, first.T, second.T, normals.T, np.stack(squares)]
             for column, row in zip(columns, rows, strict=True):
                 column[:, start:stop] = row
 

@@ -53,7 +53,7 @@ def transfer_normals(
         entry, rows = row_entries(bounds, stand_in[faces[:, k]])
         face = round_vertex[entry]
         owner = np.repeat(np.arange(len(faces)), np.diff(rows))
-        beside = dot(directions[face], own[owner]) >= CREASE_COSINE
-        total = unit(row_sum(np.where(beside[:, None], double[face], 0.0), rows))
-        result[:, k] = np.where(total.any(axis=1)[:, None], total, own)
+        beside = np.where(dot(directions[face], own[owner]) >= CREASE_COSINE, 1.0, 0.0)
+        total = unit(row_sum(double[face] * beside[:, None], rows))
+        result[:, k] = np.where(total.any(axis=1, keepdims=True), total, own)
     return result

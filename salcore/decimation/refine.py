@@ -12,12 +12,12 @@ from .flips import FlipMesh, Quads, gains, independent, nearer_of_two
 from .nearest_faces import Assignment, Triangles
 from .samples import Samples
 
-ROUNDS = 8
+ROUNDS = 6
 """Rounds of flips; the first three gain nine tenths of what there is to gain."""
 STIFFNESS = 0.02
 """Weight of the squared differences of normals, times the area of two faces, against the squared
 distances: more lowers the angles between the faces and the original, and raises the distances."""
-MIDDLES, MIDDLE_STEP = 0.3, 3
+MIDDLES, MIDDLE_STEP = 0.3, 4
 """Share of the weight of samples that the middles of faces have, of which there is one in so many:
 most of the time goes into samples."""
 LEAST_GAIN = 1e-10

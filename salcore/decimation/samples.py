@@ -82,8 +82,8 @@ class Samples:
         kept : bool
             Whether kept vertices are samples, too.
         middles : float
-            Share of the weight that the middles of faces have. Three quarters integrate polynomials
-            of the second degree; but details are made of small faces, whose vertices lie close.
+            Share of the weight that the middles of faces have. Details are made of small faces,
+            whose vertices lie close: less favours them.
         step : int
             Of so many middles one is taken.
         """

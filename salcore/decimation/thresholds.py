@@ -51,7 +51,7 @@ def steps_of(costs: Floats) -> NDArray[np.int64]:
     """Return the lowest step whose threshold each of some costs (n,) does not exceed."""
     with np.errstate(divide="ignore"):
         step = np.ceil(np.log(costs) / np.log(GROWTH))
-    return np.clip(step, LOWEST, LOWEST + STEPS - 1).astype(np.int64)
+    return np.asarray(np.clip(step, LOWEST, LOWEST + STEPS - 1), dtype=np.int64)
 
 
 def first_step(mean_area: float) -> int:

@@ -55,7 +55,7 @@ class Layer:
     @property
     def is_texture(self) -> bool:
         """Whether charts may be mirrored: the values are of two dimensions."""
-        return self.values.shape[2] == 2
+        return bool(self.values.shape[2] == 2)
 
     def differ(self, one: Integers, other: Integers) -> Mask:
         """Return whether corners (k,) have other values than others (k,)."""

@@ -89,5 +89,4 @@ def _number(chosen: Mask) -> int:
 def _components(start: Integers, end: Integers, count: int) -> Indices:
     """Return the component (n,) of each vertex under edges."""
     links = coo_array((np.ones(len(start), dtype=bool), (start, end)), shape=(count, count))
-    label: Indices = connected_components(links, directed=False)[1]
-    return label
+    return connected_components(links, directed=False)[1].astype(np.intp)

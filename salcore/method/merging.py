@@ -71,7 +71,7 @@ def vertex_areas(geometry: Geometry, graph: Graph) -> Floats:
     return np.maximum(area, least)
 
 
-def edge_pairs(graph: Graph, labels: Indices) -> tuple[Indices, Indices, Indices, Integers]:
+def edge_pairs(graph: Graph, labels: Indices) -> tuple[Indices, Indices, Integers, Integers]:
     """Return the regions and the vertices at both ends of the edges between regions, each once."""
     row = np.repeat(np.arange(len(labels), dtype=np.int32), graph.degrees)
     first, second = labels.take(row), labels.take(graph.indices)

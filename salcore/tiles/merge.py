@@ -54,7 +54,7 @@ class Statistics:
             len(saliency),
             np.bincount(place, minlength=SALIENCY_BINS),
             np.bincount(step, minlength=AREA_BINS),
-            np.bincount(step, areas, AREA_BINS),
+            np.bincount(step, areas, AREA_BINS).astype(np.float64),
         )
 
 

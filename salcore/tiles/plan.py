@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -118,4 +120,4 @@ def halo_width(spacing: float, ratio: float) -> float:
     ratio : float
         Share of the points that are kept.
     """
-    return spacing * max(LEAST_REACH, REACH / np.sqrt(max(ratio, 1e-9)))
+    return spacing * max(LEAST_REACH, REACH / math.sqrt(max(ratio, 1e-9)))

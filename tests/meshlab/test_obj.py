@@ -92,6 +92,8 @@ def test_a_missing_image_or_library_is_said(run, tmp_path, two_materials):
     (tmp_path / "out").mkdir()
     said = run("simplify", two_materials, tmp_path / "out" / "o.obj", "--ratio", "0.5")
     assert "its texture blue.png is missing" in said
+    said = run("simplify", two_materials, tmp_path / "out" / "o.mlp", "--ratio", "0.5")
+    assert "an image of its textures is missing" in said
     (tmp_path / "in" / "scene.mtl").unlink()
     said = run("simplify", two_materials, tmp_path / "out" / "p.obj", "--ratio", "0.5")
     assert "its material library scene.mtl is missing" in said

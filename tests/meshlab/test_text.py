@@ -43,6 +43,9 @@ FILES = {
     "cloudcompare.asc": ("//X Y Z Rf Gf Bf Nx Ny Nz\n", " ", [POINTS, SHARES, NORMALS],
                          XYZ + RGB + NORMAL),
     "comments.txt": ("# made by a test\n# second line\n", " ", [POINTS, BYTES], XYZ + RGB),
+    "foreign.csv": ("a;b;c;d\n", ";", [POINTS, INTENSITY], [*XYZ, "d"]),
+    "scalars.txt": ("", " ", [POINTS, INTENSITY, 2 * INTENSITY, 3 * INTENSITY],
+                    [*XYZ, "scalar_4", "scalar_5", "scalar_6"]),
     "prose.txt": ("A scan of the hall\n\n", ", ", [POINTS], XYZ),
 }  # fmt: skip
 
@@ -144,6 +147,7 @@ def test_encodings(tmp_path):
 HOSTILE = {
     "header.csv": b"x,y,z\n",
     "words.txt": b"This is a letter,\nand no cloud.\n",
+    "globe.csv": b"lat,lon,alt\n" + b"1,2,3\n" * 9,
     "two.xyz": b"1 2\n3 4\n",
     "short.pts": b"1000000000\n1 2 3\n4 5 6\n",
     "more.pts": b"1\n1 2 3\n4 5 6\n",

@@ -110,3 +110,33 @@ def test_places_of_moved_points_have_the_values_of_the_original():
     np.testing.assert_allclose(own, points, atol=1e-12)
     with pytest.raises(salcore.GeometryError, match="has none"):
         salcore.simplify(points, ratio=0.5).place_source()
+
+
+def test_corners_that_moved_take_the_values_of_their_new_places():
+    points, faces = grid(30, 30)
+    points[:, 2] = np.sin(points[:, 0] / 3) * np.cos(points[:, 1] / 4)
+    middle = points[faces].mean(axis=1)
+    # Two charts, in each of which the texture lies as the points do.
+    texture = points[faces][:, :, :2] + 100.0 * (middle[:, 0] > 14)[:, None, None]
+    parameters = salcore.Parameters(placement="optimal")
+    result = salcore.simplify(
+        points, faces, parameters=parameters, ratio=0.1, corner_values=texture
+    )
+    face, weights = result.corner_places()
+    np.testing.assert_allclose(weights.sum(axis=2), 1.0)
+    values = (weights[..., None] * texture[face]).sum(axis=2)
+    places = result.positions[result.faces][:, :, :2]
+    chart = np.where(values[:, :, 0] > 60, 100.0, 0.0)
+    off = np.linalg.norm(values - chart[:, :, None] - places, axis=2)
+    stale = texture.reshape(-1, 2)[result.face_corners] - chart[:, :, None]
+    stale_off = np.linalg.norm(stale - places, axis=2)
+    assert np.median(off) < 0.1 * np.median(stale_off)
+    assert (np.ptp(values[:, :, 0], axis=1) < 60).all()  # no chart is torn
+
+
+def test_corners_that_stayed_keep_their_own_values():
+    points, faces = grid(12, 12)
+    result = salcore.simplify(points, faces, ratio=0.3)
+    face, weights = result.corner_places()
+    np.testing.assert_array_equal(3 * face + weights.argmax(axis=2), result.face_corners)
+    assert (weights.max(axis=2) == 1.0).all()
