@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Loose vertices shown as points: Blender draws them in no colour, and not at all when rendered.
 
-The vertices stay in what the modifier gives, so an export or another modifier still finds them.
+The modifier gives points alone: vertices beside them would be drawn over them.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from .node_builder import NodeBuilder
 
 MODIFIER = "Salient Points"
 KEY = "salient_points"
-VERSION = 1
+VERSION = 2
 RADIUS = "radius"
 
 
@@ -49,7 +49,7 @@ def show(obj: Any, material: Any, radius: float) -> None:
 
 
 def _node_group() -> Any:
-    """Return the node group that adds a point at every vertex; made where it is missing."""
+    """Return the node group that makes points of vertices; made where it is missing."""
     for group in bpy.data.node_groups:
         if group.get(KEY) == VERSION and group.library is None:
             return group
@@ -71,8 +71,5 @@ def _node_group() -> Any:
     colored = nodes.node("GeometryNodeSetMaterial")
     nodes.link(points.outputs["Points"], colored.inputs["Geometry"])
     nodes.link(inputs["Material"], colored.inputs["Material"])
-    both = nodes.node("GeometryNodeJoinGeometry")
-    nodes.link(inputs["Geometry"], both.inputs["Geometry"])
-    nodes.link(colored.outputs["Geometry"], both.inputs["Geometry"])
-    nodes.link(both.outputs["Geometry"], nodes.node("NodeGroupOutput").inputs["Geometry"])
+    nodes.link(colored.outputs["Geometry"], nodes.node("NodeGroupOutput").inputs["Geometry"])
     return group

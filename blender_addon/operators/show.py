@@ -93,6 +93,10 @@ class ShowAttribute(ModalOperator):
         show_colors(context, all(_has_faces(source.data) for source in self._sources))
         names = ", ".join(source.object.name for source in self._sources)
         self._message = f"{names}: see the attribute {shown.color!r}"
+        loose = [read.is_mesh(s.data) and not _has_faces(s.data) for s in self._sources]
+        if any(loose):
+            modifier = point_nodes.MODIFIER
+            self._message += f"; turn the modifier {modifier!r} off for an export of the vertices"
         if shown.task == "regions":
             counts = ", ".join(str(answer["count"]) for answer in answers)
             self._message = f"{names}: {counts} regions, number 0 is the most salient"
@@ -214,6 +218,8 @@ def show_colors(context: Any, solid: bool) -> None:
     for area in screen.areas if screen is not None else ():
         if area.type == "VIEW_3D":
             shading = area.spaces.active.shading
+            if not solid:  # the outline of something selected goes round each single point
+                area.spaces.active.overlay.show_outline_selected = False
             if not solid and shading.type in {"SOLID", "WIREFRAME"}:
                 shading.type = "MATERIAL"
             elif shading.type == "SOLID":
