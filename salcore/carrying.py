@@ -48,7 +48,8 @@ def carry_corners(result: Simplification, layer: NDArray[Any]) -> NDArray[Any]:
     """
     assert result.face_corners is not None
     if result.positions is None or not _is_measure(layer):
-        return layer.reshape(-1, *layer.shape[2:])[result.face_corners]
+        flat = layer.reshape(-1, *layer.shape[2:])
+        return np.asarray(flat[result.face_corners])
     face, weights = result.corner_places()
     return _blend(layer[face], weights)
 
@@ -64,4 +65,4 @@ def _blend(values: NDArray[Any], weights: NDArray[np.float64]) -> NDArray[Any]:
     mean = (share * values.astype(np.float64)).sum(axis=weights.ndim - 1)
     if values.dtype == np.uint8:
         mean = np.clip(np.round(mean), 0, 255)
-    return mean.astype(values.dtype)
+    return np.asarray(mean.astype(values.dtype))
