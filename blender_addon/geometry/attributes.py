@@ -38,6 +38,9 @@ LAYOUTS = {
 }
 """Every type but STRING, which can only be read one by one."""
 
+MEASURES = {"FLOAT", "FLOAT_VECTOR", "FLOAT2", "FLOAT_COLOR", "BYTE_COLOR"}
+"""Types whose values between two others mean something."""
+
 TOPOLOGY = {
     "position": "FLOAT_VECTOR",
     ".edge_verts": "INT32_2D",
@@ -64,6 +67,12 @@ class Layer(NamedTuple):
         if (elements < 0).any():
             chosen[elements < 0] = 0
         return self._replace(values=chosen)
+
+    def blend(self, elements: NDArray[np.integer[Any]], weights: NDArray[np.float64]) -> Layer:
+        """Return the layer with the means of some elements (n, 3) by weights (n, 3)."""
+        values = np.asarray(self.values)[elements]
+        share = weights.reshape(weights.shape + (1,) * (values.ndim - 2))
+        return self._replace(values=(share * values).sum(axis=1).astype(values.dtype))
 
 
 def read(attribute: Any) -> NDArray[Any] | list[bytes]:

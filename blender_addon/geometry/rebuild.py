@@ -66,7 +66,10 @@ def _shrink_mesh(mesh: Any, result: Reduced, matrix: Any, weighted: bool) -> Non
         "CORNER": shape.corners,
     }
     layers = [
-        layer.take(sources[layer.domain]) for layer in attributes.read_layers(mesh, skip=skip)
+        layer.blend(*result.blends[layer.domain])
+        if layer.domain in result.blends and layer.type in attributes.MEASURES
+        else layer.take(sources[layer.domain])
+        for layer in attributes.read_layers(mesh, skip=skip)
     ]
     old = read.positions(mesh)[result.indices]
     new = _moved(result, matrix, old)

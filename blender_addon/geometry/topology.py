@@ -168,6 +168,9 @@ class Reduced(NamedTuple):
         Of the corners, where they are to be others than the polygons'.
     notes : list of str
         What had to be given up, a sentence each.
+    blends : dict of str to ((n, 3) int, (n, 3) float64)
+        For the domains "POINT" and "CORNER" of a mesh whose points have moved: the old elements
+        that each new one lies between, and their weights.
     """
 
     indices: Ints
@@ -176,6 +179,7 @@ class Reduced(NamedTuple):
     triangles: int
     normals: NDArray[np.float64] | None
     notes: list[str]
+    blends: dict[str, tuple[Ints, NDArray[np.float64]]]
 
     def as_dict(self) -> dict[str, Any]:
         """Return plain values and arrays."""
@@ -203,6 +207,22 @@ def simplified(mesh: MeshArrays, result: Simplification) -> Topology:
     edge_of = edge_of.ravel()[: len(vertices)]
     found = (starts, polygons, vertices, corners, edge_of, edges, edge_source, of_triangles)
     return Topology(*(values.astype(np.int32) for values in found))
+
+
+def blends(
+    mesh: MeshArrays, result: Simplification, shape: Topology | None
+) -> dict[str, tuple[Ints, NDArray[np.float64]]]:
+    """Return between which old points and corners the new ones lie; nothing where all stay."""
+    if shape is None or result.positions is None or result.faces is None or not len(result.faces):
+        return {}
+    face, weights = result.place_source()
+    between = np.where((face >= 0)[:, None], mesh.faces[face], result.indices[:, None])
+    of_face, of_corners = (array.reshape(-1, *array.shape[2:]) for array in result.corner_places())
+    corner = shape.triangle_corners
+    return {
+        "POINT": (between, weights),
+        "CORNER": (mesh.corners[of_face[corner]], of_corners[corner]),
+    }
 
 
 def kept_lines(mesh: MeshArrays, seams: bool, sharp: bool) -> Ints | None:

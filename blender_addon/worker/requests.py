@@ -197,7 +197,10 @@ def _cut(
         notes = [*result.notes, *_lost_faces(faces, triangles, target)]
         if aim != target:
             notes.append(f"It has {prepared.valid} points, which is fewer than asked for")
-        left_over = Reduced(result.indices, result.positions, left, triangles, normals, notes)
+        between = {} if mesh is None else topology.blends(mesh, result, left)
+        left_over = Reduced(
+            result.indices, result.positions, left, triangles, normals, notes, between
+        )
         levels.append(left_over.as_dict())
         done.append(result)
     _unmeasured[number] = done

@@ -292,3 +292,27 @@ def test_empty_and_tiny_meshes():
             continue
         assert len(simplified(ratio=1.0).data.vertices) == len(points)
         bpy.data.objects.remove(obj)
+
+
+def test_values_of_moved_points_are_those_of_their_new_places():
+    bpy.ops.mesh.primitive_grid_add(x_subdivisions=40, y_subdivisions=40, size=2)
+    obj = bpy.context.object
+    places = scenes.positions(obj)
+    height = 0.2 * np.sin(4 * places[:, 0]) * np.cos(3 * places[:, 1])
+    places[:, 2] = height
+    obj.data.attributes["position"].data.foreach_set("vector", places.ravel())
+    east = obj.data.attributes.new("east", "FLOAT", "POINT")
+    east.data.foreach_set("value", places[:, 0].copy())
+    result = simplified(ratio=0.1, placement="optimal").data
+    moved = np.empty(3 * len(result.vertices), dtype=np.float32)
+    result.attributes["position"].data.foreach_get("vector", moved)
+    moved = moved.reshape(-1, 3)
+    assert not np.isin(moved[:, 0], places[:, 0]).all()
+    values = np.empty(len(result.vertices), dtype=np.float32)
+    result.attributes["east"].data.foreach_get("value", values)
+    assert np.abs(values - moved[:, 0]).max() < 0.02
+    # The grid's texture lies as its points do, from 0 to 1.
+    loops = np.empty(len(result.loops), dtype=np.int32)
+    result.attributes[".corner_vert"].data.foreach_get("value", loops)
+    texture = np.array([tuple(corner.vector) for corner in result.uv_layers.active.uv])
+    assert np.abs(2 * texture - 1 - moved[loops, :2]).max() < 0.02
