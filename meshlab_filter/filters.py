@@ -20,6 +20,8 @@ import numpy as np
 import pymeshlab
 
 import salcore
+from salcore.maps import MAPS_BEGIN
+from salcore.progress import Progress
 
 from . import bridge
 from .parameters import (
@@ -114,6 +116,16 @@ def _analyze(
     return salcore.analyze(points, faces, normals, make_parameters(**parameters), progress=progress)
 
 
+def _analyze_maps(
+    mesh_set: Any, progress: Callback | None, *, regions: bool = False, **parameters: Any
+) -> salcore.Analysis:
+    """Analyse the current layer, with its saliency at every scale, and its regions."""
+    work = Progress(progress)
+    analysis = _analyze(mesh_set, work.portion(0.0, MAPS_BEGIN), **parameters)
+    analysis.prepare(regions=regions, progress=work.portion(MAPS_BEGIN, 1.0))
+    return analysis
+
+
 def _split(parameters: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return the targets, by their names in salcore, and the other parameters."""
     targets = {
@@ -148,7 +160,7 @@ def compute_scalar_by_saliency_per_vertex(
     dict
         `mean_saliency`: GMS of (4.6), and `seconds`.
     """
-    analysis = _analyze(mesh_set, progress, **parameters)
+    analysis = _analyze_maps(mesh_set, progress, **parameters)
     bridge.set_scalar(mesh_set, analysis.saliency, "saliency")
     if colorize:
         # MeshLab's colour map runs from red to blue, so the bounds are swapped.
@@ -178,7 +190,7 @@ def compute_scalar_by_saliency_region_per_vertex(
     dict
         `regions`: their number, and `seconds`.
     """
-    analysis = _analyze(mesh_set, progress, **parameters)
+    analysis = _analyze_maps(mesh_set, progress, regions=True, **parameters)
     bridge.set_scalar(mesh_set, analysis.regions, "region")
     if colorize:
         bridge.set_colors(mesh_set, salcore.region_colors(analysis.regions))

@@ -25,6 +25,9 @@ from .method.segmentation import RegionTable, border_lines, describe_regions, se
 from .parameters import Parameters, shown
 from .progress import Callback, Progress
 
+MAPS_BEGIN = 0.6
+"""Share of the time that the analysis takes, of it and `Maps.prepare`."""
+
 
 @dataclass(frozen=True, eq=False)
 class Maps:

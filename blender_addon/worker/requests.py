@@ -20,6 +20,7 @@ from .. import salcore
 from ..geometry import topology
 from ..geometry.topology import MeshArrays, Reduced
 from ..salcore import Analysis, Cancelled, Parameters, SalcoreError, Simplification
+from ..salcore.maps import MAPS_BEGIN
 from ..salcore.progress import Callback, Progress
 
 __all__ = ["Cancelled", "SalcoreError", "forget", "run"]
@@ -297,7 +298,9 @@ def saliency(
     *, points: Any, faces: Any, normals: Any, parameters: dict[str, Any], work: Progress
 ) -> dict[str, Any]:
     """Return the saliency of every point, and its colour from blue to red."""
-    values = _analysis(points, faces, normals, parameters, work).saliency
+    analysis = _analysis(points, faces, normals, parameters, work, MAPS_BEGIN)
+    analysis.prepare(progress=work.portion(MAPS_BEGIN, 1.0))
+    values = analysis.saliency
     return _shown(points, values.astype(np.float32), salcore.saliency_colors(values))
 
 
@@ -315,8 +318,8 @@ def regions(
     Regions have colours of their own, or those of their mean saliency. "table" has the rows of
     `Analysis.region_table`, the most salient first.
     """
-    analysis = _analysis(points, faces, normals, parameters, work, 0.9)
-    work.part(0.9, 1.0, "Regions")
+    analysis = _analysis(points, faces, normals, parameters, work, MAPS_BEGIN)
+    analysis.prepare(regions=True, progress=work.portion(MAPS_BEGIN, 1.0))
     values, table = analysis.regions, analysis.region_table
     colors = salcore.region_colors(values)
     if by_saliency:

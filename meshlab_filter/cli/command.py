@@ -14,7 +14,9 @@ from pathlib import Path
 from typing import Any
 
 import salcore
+from salcore.maps import MAPS_BEGIN
 from salcore.options import given_options
+from salcore.progress import Progress
 
 from ..errors import FileError, Warn, ignore
 from ..io import files
@@ -267,24 +269,29 @@ def _constraints(document: Document, options: argparse.Namespace) -> dict[str, A
 
 
 def _saliency(options: argparse.Namespace) -> None:
-    document, analysis = _open_and_analyze(options)
+    document, analysis = _open_and_analyze(options, regions=False)
     values = analysis.saliency
     shown = (values, "saliency", salcore.saliency_colors(values))
     _write_map(document, options, analysis, "saliency", *shown)
 
 
 def _regions(options: argparse.Namespace) -> None:
-    document, analysis = _open_and_analyze(options)
+    document, analysis = _open_and_analyze(options, regions=True)
     values = analysis.regions
     shown = (values, "region", salcore.region_colors(values))
     _write_map(document, options, analysis, f"{analysis.segmentation.count:,} regions", *shown)
 
 
-def _open_and_analyze(options: argparse.Namespace) -> tuple[Document, salcore.Analysis]:
-    """Return the input and its analysis."""
+def _open_and_analyze(
+    options: argparse.Namespace, *, regions: bool
+) -> tuple[Document, salcore.Analysis]:
+    """Return the input and its analysis, with saliency at every scale, and regions if asked for."""
     document = _open(options)
     with _progress(options.quiet) as progress:
-        return document, _analyze(document, options, progress)
+        work = Progress(progress)
+        analysis = _analyze(document, options, work.portion(0.0, MAPS_BEGIN))
+        analysis.prepare(regions=regions, progress=work.portion(MAPS_BEGIN, 1.0))
+        return document, analysis
 
 
 def _write_map(
