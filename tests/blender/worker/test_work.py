@@ -33,7 +33,7 @@ def flat(value):
     """Return all arrays and values of an answer, one after another."""
     if isinstance(value, dict):
         return [item for key in value for item in (key, *flat(value[key]))]
-    if isinstance(value, list):
+    if isinstance(value, list | tuple):
         return [item for part in value for item in flat(part)]
     return [value]
 
