@@ -105,7 +105,9 @@ def choose(job: Job, plan: Plan) -> tuple[Cut, int]:
     for tile in tiles:
         counts = counts + count_steps(_load(job, tile)[0])
     distinct = int(np.sum(counts))
-    wanted = int(job.value) if job.target == "count" else max(round(job.value * distinct), 1)
+    wanted = int(job.value)
+    if job.target == "ratio":  # of all points, as in memory; equal ones are kept once
+        wanted = min(max(round(job.value * job.points), 1), distinct)
     step, keep = find_step(counts, wanted)  # type: ignore[arg-type]
     costs, numbers = [], []
     for tile in tiles:
