@@ -109,9 +109,7 @@ def look_at(paths: list[Path]) -> tuple[Source, ...]:
         low, high = (tuple(map(float, corner)) for corner in (header.mins, header.maxs))
         count = int(header.point_count)
         sources.append(
-            Source(
-                str(path.resolve()), status.st_size, status.st_mtime_ns, count, start, low, high
-            )
+            Source(str(path.resolve()), status.st_size, status.st_mtime_ns, count, start, low, high)
         )
         start += count
     if not start:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import logging
 import multiprocessing
 import os
 import shutil
@@ -112,30 +113,38 @@ def simplify_tiles(
     """
     work = Progress(progress)
     output_header(job, warn)
-    with work_folder(job, resume=resume):
+    backend = _cluster(scheduler, workers) if scheduler else _pool(job, workers)
+    with backend as each, work_folder(job, resume=resume):
         job = replace(job, most=planned_size(job))
-        with _cluster(scheduler, workers) if scheduler else _pool(job, workers) as each:
-            files = range(len(job.sources))
-            each(count_file, [(job, k) for k in files], work.part(0.0, 0.02, "Counting"))
-            plan = make_plan(job)
-            tiles = range(len(plan.boxes))
-            warn(
-                f"{job.points:,} points in {len(tiles)} tiles; if interrupted, go on with "
-                f"--resume {job.folder}"
-            )
-            each(spill_file, [(job, plan, k) for k in files], work.part(0.02, 0.06, "Tiles"))
-            _check_sizes(job, plan, warn)
-            part = work.part(0.06, 0.55, "Analysis")
-            each(stages.analyse, [(job, plan, k) for k in tiles], part)
-            whole = stages.gather(job, plan)
-            part = work.part(0.55, 0.96, "Elimination")
-            each(stages.order, [(job, whole, k) for k in tiles], part)
-            cut, count = stages.choose(job, plan)
-            each(stages.keep, [(job, cut, k) for k in tiles], work.part(0.96, 0.97, "Cut"))
-        written = write_kept(job, len(tiles), output, force, work.part(0.97, 1.0, "Output"), warn)
-        if written != count:
-            raise FileError(f"{job.folder}: {written} points instead of {count}; begin anew")
+        figures = _stages(job, output, each, force, work, warn)
     shutil.rmtree(job.folder, ignore_errors=True)
+    return figures
+
+
+def _stages(
+    job: Job, output: Path, each: Each, force: bool, work: Progress, warn: Warn
+) -> dict[str, Any]:
+    """Do the stages in their order, and return the figures."""
+    files = range(len(job.sources))
+    each(count_file, [(job, k) for k in files], work.part(0.0, 0.02, "Counting"))
+    plan = make_plan(job)
+    tiles = range(len(plan.boxes))
+    warn(
+        f"{job.points:,} points in {len(tiles)} tiles; if interrupted, go on with "
+        f"--resume {job.folder}"
+    )
+    each(spill_file, [(job, plan, k) for k in files], work.part(0.02, 0.06, "Tiles"))
+    _check_sizes(job, plan, warn)
+    part = work.part(0.06, 0.55, "Analysis")
+    each(stages.analyse, [(job, plan, k) for k in tiles], part)
+    whole = stages.gather(job, plan)
+    part = work.part(0.55, 0.96, "Elimination")
+    each(stages.order, [(job, whole, k) for k in tiles], part)
+    cut, count = stages.choose(job, plan)
+    each(stages.keep, [(job, cut, k) for k in tiles], work.part(0.96, 0.97, "Cut"))
+    written = write_kept(job, len(tiles), output, force, work.part(0.97, 1.0, "Output"), warn)
+    if written != count:
+        raise FileError(f"{job.folder}: {written} points instead of {count}; begin anew")
     return {
         "input_points": job.points,
         "kept_points": count,
@@ -209,7 +218,11 @@ def _cluster(scheduler: str, workers: int) -> Iterator[Each]:
     cluster = None
     if scheduler == LOCAL:
         cluster = distributed.LocalCluster(
-            n_workers=workers, threads_per_worker=1, memory_limit=None, dashboard_address=None
+            n_workers=workers,
+            threads_per_worker=1,
+            memory_limit=None,
+            dashboard_address=None,
+            silence_logs=logging.CRITICAL,  # what matters is said in one sentence
         )
         options["address"] = cluster
     try:
