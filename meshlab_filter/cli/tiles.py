@@ -48,7 +48,7 @@ def add_tile_options(command: argparse.ArgumentParser) -> None:
         "--work-folder",
         type=Path,
         metavar="FOLDER",
-        help="new folder for intermediate files, about 500 bytes a point (default: OUTPUT.work)",
+        help="new folder for intermediate files, about 250 bytes a point (default: OUTPUT.work)",
     )
     group.add_argument(
         "--resume", type=Path, metavar="FOLDER", help="go on with the run in this work folder"

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from salcore.tiles.plan import count_cells, halo_width, plan_boxes, within
+from salcore.tiles.plan import CELLS, count_cells, halo_width, plan_boxes, within
 
 from ..errors import FileError
 from ..io.formats import required
@@ -86,11 +86,11 @@ def count_file(job: Job, number: int) -> None:
     path = job.path(f"count-{number}.npz")
     if path.exists():
         return
-    box, counts = header_box(job), np.int64(0)
+    box, counts = header_box(job), np.zeros((CELLS,) * 3, dtype=np.int64)
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
     for _, chunk in read_chunks(job.sources[number]):
         points = coordinates(chunk)
-        counts = counts + count_cells(points, *box)
+        counts += count_cells(points, *box)
         low, high = np.minimum(low, points.min(axis=0)), np.maximum(high, points.max(axis=0))
     save(path, counts=counts, low=low, high=high)
 
@@ -156,7 +156,7 @@ def spill_file(job: Job, plan: Plan, number: int) -> None:
             inside = within(points, plan.boxes[tile], plan.halo)
             if inside.any():
                 with (spare / f"{tile}.bin").open("ab") as file:
-                    file.write(memoryview(rows[inside]).cast("B"))
+                    file.write(rows[inside].tobytes())
     spare.rename(folder)
 
 

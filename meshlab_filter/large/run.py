@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import importlib
 import logging
 import multiprocessing
 import os
@@ -105,6 +106,8 @@ def simplify_tiles(
         If a file cannot be read or written, or the work folder belongs to another run.
     MemoryLimitError
         If a worker was killed.
+    OSError
+        If a disk is full.
 
     Notes
     -----
@@ -116,7 +119,13 @@ def simplify_tiles(
     backend = _cluster(scheduler, workers) if scheduler else _pool(job, workers)
     with backend as each, work_folder(job, resume=resume):
         job = replace(job, most=planned_size(job))
-        figures = _stages(job, output, each, force, work, warn)
+        try:
+            figures = _stages(job, output, each, force, work, warn)
+        except OSError as error:
+            raise OSError(
+                f"{error.filename or job.folder}: {error.strerror or error}; the work done is "
+                f"kept: make room and go on with --resume {job.folder}"
+            ) from error
     shutil.rmtree(job.folder, ignore_errors=True)
     return figures
 
@@ -208,7 +217,7 @@ def _end_with_parent() -> None:
 def _cluster(scheduler: str, workers: int) -> Iterator[Each]:
     """Give the work to a Dask cluster, which repeats what a lost worker did not finish."""
     try:
-        import distributed
+        distributed: Any = importlib.import_module("distributed")
     except ImportError as error:
         raise FileError(
             f"scheduler={scheduler!r}: needs Dask; install it with pip install "

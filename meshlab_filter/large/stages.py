@@ -101,14 +101,14 @@ def choose(job: Job, plan: Plan) -> tuple[Cut, int]:
         If there are not so many distinct points.
     """
     tiles = range(len(plan.boxes))
-    counts = np.int64(0)
+    counts = count_steps(EMPTY.astype(np.int32))
     for tile in tiles:
-        counts = counts + count_steps(_load(job, tile)[0])
-    distinct = int(np.sum(counts))
+        counts += count_steps(_load(job, tile)[0])
+    distinct = int(counts.sum())
     wanted = int(job.value)
     if job.target == "ratio":  # of all points, as in memory; equal ones are kept once
         wanted = min(max(round(job.value * job.points), 1), distinct)
-    step, keep = find_step(counts, wanted)  # type: ignore[arg-type]
+    step, keep = find_step(counts, wanted)
     costs, numbers = [], []
     for tile in tiles:
         steps, cost, number = _load(job, tile)

@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Scans in tiles: by processes and by a Dask cluster, killed, resumed, damaged, mixed."""
 
+import json
 import os
 import signal
-import subprocess
-import sys
 import threading
 import time
 from pathlib import Path
@@ -243,16 +242,37 @@ def test_a_scheduler_that_is_not_there_is_said(scans, say, tmp_path, monkeypatch
     assert not list(tmp_path.iterdir())
 
 
-def test_the_command_chooses_tiles_by_memory_and_says_so(tmp_path):
-    points = np.random.default_rng(1).random((40_000, 3)) * [300, 100, 0.3]
-    path = write_scan(tmp_path / "scan.laz", points)
-    command = [sys.executable, "-m", "meshlab_filter", "simplify", path, tmp_path / "light.laz"]
-    done = subprocess.run(
-        [*map(str, command), "--ratio", "0.5", "--memory", "0.46G", "--workers", "1", "--quiet"],
-        capture_output=True, text=True, check=True,
-    )  # fmt: skip
-    assert not done.stderr
-    assert len(laspy.read(tmp_path / "light.laz")) > 0
+def test_the_command_chooses_tiles_by_memory_and_says_so(tmp_path, monkeypatch, capsys):
+    points = np.random.default_rng(1).random((15_000, 3)) * [300, 100, 0.3]
+    path, output = write_scan(tmp_path / "scan.laz", points), tmp_path / "light.laz"
+    arguments = ["simplify", str(path), str(output), "--ratio", "0.5", "--memory", "0.6G"]
+    assert main([*arguments, "--no-errors"]) == 0
+    assert "by tiles" not in capsys.readouterr().err
+    assert len(laspy.read(output)) == 7500
+    # As if a point took more, for a scan that needs so much would take minutes.
+    monkeypatch.setattr("meshlab_filter.cli.tiles.POINT", 50_000)
+    report = tmp_path / "report.json"
+    assert main([*arguments, "--force", "--workers", "1", "--report", str(report)]) == 0
+    assert "light.laz: by tiles of at most" in capsys.readouterr().err
+    assert len(laspy.read(output)) == 7500
+    assert json.loads(report.read_text())["kept_points"] == 7500
+
+
+@pytest.mark.skipif(os.name == "nt", reason="limits the size of files")
+def test_a_full_disk_is_said_and_the_run_goes_on(tmp_path):
+    resource = pytest.importorskip("resource")
+    points = np.random.default_rng(3).random((20_000, 3)) * [300, 100, 0.3]
+    job = make_job(tmp_path / "work", [write_scan(tmp_path / "scan.laz", points)], most=15_000)
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, before[1]))  # as a disk that is full
+    try:
+        with pytest.raises(OSError, match=r"File too large; the work done is kept.*--resume"):
+            simplify_tiles(job, tmp_path / "light.laz", workers=1)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert not (tmp_path / "light.laz").exists()
+    figures = simplify_tiles(job, tmp_path / "light.laz", workers=1, resume=True)
+    assert figures["kept_points"] == len(laspy.read(tmp_path / "light.laz")) == 2000
 
 
 def test_formats_that_differ_are_refused(tmp_path):
