@@ -26,7 +26,7 @@ from ..io.scans import EACH
 from ..io.staging import write_text
 from ..io.supervise import FAILURE
 from ..parameters import Callback, check_not_empty, make_parameters
-from . import demo
+from . import demo, tiles
 from .figures import format_errors, format_report
 from .indices import check_indices, write_indices
 from .options import MISTAKE, make_parser
@@ -80,14 +80,16 @@ def _fail(status: int, message: str) -> int:
 
 
 @contextmanager
-def _progress(quiet: bool) -> Iterator[Callback | None]:
-    """Show a progress bar with the stage's name, on a terminal only."""
+def _progress(quiet: bool, left: str = "") -> Iterator[Callback | None]:
+    """Show a progress bar with the stage's name, and what else is `left`, on a terminal only."""
     if quiet or not sys.stderr.isatty():
         yield None
         return
     from tqdm import tqdm
 
-    with tqdm(total=1.0, bar_format="{desc:16} {percentage:3.0f}% {bar}", leave=False) as bar:
+    with tqdm(
+        total=1.0, bar_format=f"{{desc:16}} {{percentage:3.0f}}% {{bar}}{left}", leave=False
+    ) as bar:
 
         def show(stage: str, fraction: float) -> None:
             bar.set_description_str(stage, refresh=False)
@@ -157,12 +159,27 @@ def _simplify(options: argparse.Namespace) -> None:
     if options.layer == EACH:
         _simplify_each(options)
         return
+    if tiles.chosen(options):
+        _simplify_tiles(options)
+        return
     document = _open(options)
     report, result = _simplify_one(document, options.output, options)
     if options.indices is not None:
         write_indices(options.indices, result)
     if options.report is not None:
         write_text(options.report, json.dumps(report, indent=2))
+
+
+def _simplify_tiles(options: argparse.Namespace) -> None:
+    """Simplify scans that are larger than memory."""
+    _check_outputs([options.output], [options.report], options)
+    with _progress(options.quiet, " {remaining} left") as progress:
+        figures = tiles.simplify(options, progress, _warn(options))
+    if not options.quiet:
+        print(
+            f"  {options.output.name}: {figures['kept_points']:,} of "
+            f"{figures['input_points']:,} points"
+        )
 
 
 def _simplify_one(

@@ -11,6 +11,8 @@ from typing import Any, NoReturn
 import salcore
 from salcore.options import add_option
 
+from .tiles import add_tile_options
+
 MISTAKE = 2
 """Exit status after a mistake of the user."""
 
@@ -60,6 +62,7 @@ def make_parser(runs: Mapping[str, Callable[[argparse.Namespace], None]]) -> Par
         "--no-errors", action="store_true", help="measure no errors, which takes longest"
     )
     _add_report(simplify)
+    add_tile_options(simplify)
 
     lods = command("lods", "write levels of detail of a file")
     _add_files(lods)

@@ -43,10 +43,7 @@ def read(path: Path, warn: Warn = ignore) -> list[Layer]:
     except MemoryError:
         raise
     except Exception as error:  # each backend has errors of its own
-        said = " ".join(str(error).split()) or type(error).__name__
-        if "backend" in said.lower():
-            required("lazrs", path)
-        raise FileError(f"{path}: is cut short or damaged ({said})") from error
+        raise damage(path, error) from error
     columns: Columns = {name: np.array(las[name]) for name in XYZ}
     for name in las.point_format.dimension_names:
         if name not in RAW:
@@ -58,6 +55,20 @@ def read(path: Path, warn: Warn = ignore) -> list[Layer]:
     points = np.column_stack([columns[name] for name in XYZ])
     rows = np.arange(len(points), dtype=np.int64)
     return [Layer(path.stem, points, columns, origin=las, rows=rows)]
+
+
+def damage(path: Path, error: Exception) -> FileError:
+    """Return what to say where laspy cannot read a file.
+
+    Raises
+    ------
+    FileError
+        If it lacks a library.
+    """
+    said = " ".join(str(error).split()) or type(error).__name__
+    if "backend" in said.lower():
+        required("lazrs", path)
+    return FileError(f"{path}: is cut short or damaged ({said})")
 
 
 def join(layers: list[Layer], whole: Layer) -> Layer:
@@ -123,16 +134,21 @@ def write(layer: Layer, path: Path, warn: Warn = ignore) -> None:
 
 def _subset(laspy: Any, layer: Layer) -> Any:
     """Return the kept records of the file that the layer came from."""
-    header = copy.deepcopy(layer.origin.header)
-    header.vlrs = [vlr for vlr in header.vlrs if vlr.user_id != "copc"]
-    if header.evlrs is not None:
-        header.evlrs = [vlr for vlr in header.evlrs if vlr.user_id != "copc"]
-    las = laspy.LasData(header)
+    las = laspy.LasData(plain_header(layer.origin.header))
     las.points = layer.origin.points[layer.rows]
     for axis, name in enumerate(XYZ):
         if not np.array_equal(las[name], layer.points[:, axis]):
             las[name] = layer.points[:, axis]
     return las
+
+
+def plain_header(header: Any) -> Any:
+    """Return a copy of a header without the records that order the points of a COPC file."""
+    header = copy.deepcopy(header)
+    header.vlrs = [vlr for vlr in header.vlrs if vlr.user_id != "copc"]
+    if header.evlrs is not None:
+        header.evlrs = [vlr for vlr in header.evlrs if vlr.user_id != "copc"]
+    return header
 
 
 def _made(laspy: Any, layer: Layer) -> Any:
