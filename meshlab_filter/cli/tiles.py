@@ -141,7 +141,11 @@ def simplify(options: argparse.Namespace, progress: Callback | None, warn: Warn)
     job = Job(str(folder.absolute()), sources, common, name, float(value), most)
     if not options.resume and not (folder / MANIFEST).exists() and not folder.parent.is_dir():
         raise FileError(f"{folder.parent}: no such folder; make it first")
-    whom = f"Dask at {options.scheduler}" if options.scheduler else f"{workers} processes"
+    whom = (
+        f"Dask at {options.scheduler}"
+        if options.scheduler
+        else f"{workers} process{'es' * (workers > 1)}"
+    )
     warn(f"{output}: by tiles of at most {most:,} points, with {whom}")
     figures = simplify_tiles(
         job,
