@@ -140,11 +140,11 @@ def blender(shape: Shape, count: int) -> Ready:
     return Ready(lambda: simplified(faces), lambda result: own(*read(result)))
 
 
-def ours(shape: Shape, count: int, placement: str) -> Ready:
+def ours(shape: Shape, count: int, placement: str, refine: bool = True) -> Ready:
     """Order all vertices by elimination."""
     import salcore
 
-    parameters = salcore.Parameters(placement=placement)
+    parameters = salcore.Parameters(placement=placement, refine=refine)
 
     def read(result: salcore.Simplification) -> Outcome:
         if result.positions is not None:
@@ -167,3 +167,15 @@ def ours_original(shape: Shape, count: int) -> Ready:
 def ours_optimal(shape: Shape, count: int) -> Ready:
     """Move the kept vertices to where the error is least."""
     return ours(shape, count, "optimal")
+
+
+@method("ours, mesh, not refined", OURS, faces=True)
+def ours_cut(shape: Shape, count: int) -> Ready:
+    """Keep original vertices, and the faces that the collapses left."""
+    return ours(shape, count, "original", refine=False)
+
+
+@method("ours, mesh, optimal placement, not refined", OURS, faces=True)
+def ours_minima(shape: Shape, count: int) -> Ready:
+    """Move the kept vertices to the minima of their quadrics alone."""
+    return ours(shape, count, "optimal", refine=False)
