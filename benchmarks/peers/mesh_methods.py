@@ -20,6 +20,11 @@ def used(points: np.ndarray, faces: np.ndarray) -> int:
     return len(np.unique(faces))
 
 
+def guess(shape: Shape, count: int) -> float:
+    """Return about how many faces so many points will have: as many each as in the original."""
+    return count * len(shape.faces) / len(shape.points)
+
+
 def own(points: np.ndarray, faces: np.ndarray) -> Outcome:
     """Return a mesh of moved vertices as an outcome."""
     corner, faces = np.unique(faces, return_inverse=True)
@@ -50,7 +55,7 @@ def meshlab(shape: Shape, count: int, optimal: bool) -> tuple[Any, Any]:
     def read(meshes: pymeshlab.MeshSet) -> tuple[np.ndarray, np.ndarray]:
         return meshes.current_mesh().vertex_matrix(), meshes.current_mesh().face_matrix()
 
-    faces = seek(lambda faces: used(*read(decimate(fresh(), faces))), count, 2 * count, 1)
+    faces = seek(lambda faces: used(*read(decimate(fresh(), faces))), count, guess(shape, count), 1)
     meshes = fresh()
     return lambda: decimate(meshes, faces), read
 
@@ -84,7 +89,7 @@ def meshoptimizer_subset(shape: Shape, count: int) -> Ready:
         )
         return kept[:number].reshape(-1, 3).astype(np.int64)
 
-    faces = seek(lambda faces: used(points, simplified(faces)), count, 2 * count, 1)
+    faces = seek(lambda faces: used(points, simplified(faces)), count, guess(shape, count), 1)
     return Ready(lambda: simplified(faces), lambda result: original(shape, shape.points, result))
 
 
@@ -99,7 +104,7 @@ def fast(shape: Shape, count: int) -> Ready:
     def simplified(faces: float) -> tuple[np.ndarray, np.ndarray]:
         return fast_simplification.simplify(points, corners, target_count=int(faces))[:2]
 
-    faces = seek(lambda faces: used(*simplified(faces)), count, 2 * count, 1)
+    faces = seek(lambda faces: used(*simplified(faces)), count, guess(shape, count), 1)
     return Ready(lambda: simplified(faces), lambda result: own(*result))
 
 
@@ -134,7 +139,7 @@ def blender(shape: Shape, count: int) -> Ready:
         result.loop_triangles.foreach_get("vertices", faces)
         return points.reshape(-1, 3).astype(float), faces.reshape(-1, 3)
 
-    faces = seek(lambda faces: used(*read(simplified(faces))), count, 2 * count, 1)
+    faces = seek(lambda faces: used(*read(simplified(faces))), count, guess(shape, count), 1)
     modifier.ratio = 1.0  # so that the last call has work to do
     bpy.context.evaluated_depsgraph_get()
     return Ready(lambda: simplified(faces), lambda result: own(*read(result)))
