@@ -298,8 +298,10 @@ def write(figures: Path) -> None:
     order = list(METHODS)
     for block in blocks.values():
         block.sort(key=lambda row: order.index(row["method"]))
-    versions = {METHODS[row["method"]].package: row["version"] for row in rows if "version" in row}
-    with_versions = ", ".join(f"{name} {version}" for name, version in sorted(versions.items()))
+    versions = {
+        f"{METHODS[row['method']].package} {row['version']}" for row in rows if "version" in row
+    }
+    with_versions = ", ".join(sorted(versions))
     absent = sorted({f"{row['method']} ({row['missing']})" for row in rows if "missing" in row})
     parts = [HEAD, f"Machine: {data['machine']}. Versions: {with_versions}."]
     if absent:
