@@ -144,9 +144,8 @@ def table(rows: list[Row]) -> str:
 def against(rows: list[Row], ours: str, peers: tuple[str, ...], column: tuple[str, str]) -> float:
     """Return our figure as a share of the best peer's; nan where there is none."""
     group, key = column
-    mine = [row[group][key] for row in rows if row["method"] == ours and key in row.get(group, {})]
-    theirs = best_of([row for row in rows if row["method"] in peers], group, key)
-    return mine[0] / theirs if mine else math.nan
+    mine = best_of([row for row in rows if row["method"] == ours], group, key)
+    return mine / best_of([row for row in rows if row["method"] in peers], group, key)
 
 
 def duels(blocks: dict[tuple[str, float], list[Row]]) -> str:
