@@ -4,7 +4,8 @@
     python -m benchmarks.peers.compare [--models FOLDER] [--only NAME ...] [--ratios 0.1 0.02]
         [--methods NAME ...] [--blender PYTHON] [--figures FOLDER] [--draw]
 
-Writes peers.json, peers.md and plots. Every method runs in a fresh process. With --only or
+Writes peers.json, peers.md and plots. NAME is a model, "curve" (further ratios of one) or "series"
+(sizes of one scene). Every method runs in a fresh process. With --only or
 --methods the other rows of peers.json stay; --draw writes tables and plots from it alone.
 
 Left out by rule, and said: a method on a model of more points than its `most` (`registry.Method`),
@@ -20,6 +21,7 @@ import platform
 import subprocess
 import sys
 import tempfile
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -53,6 +55,7 @@ SERIES = (
     "grid with normals",
     "ours, cloud",
 )
+PARTS = [*MODELS, "curve", "series"]
 PATIENCE = 60.0  # seconds, in the series over sizes
 
 Row = dict[str, Any]
@@ -80,7 +83,7 @@ def kept(outcome: Outcome) -> int:
     return len(outcome.indices if outcome.points is None else outcome.points)
 
 
-def compare(path: Path, ratios: list[float], options: argparse.Namespace) -> list[Row]:
+def compare(path: Path, ratios: Iterable[float], options: argparse.Namespace) -> list[Row]:
     """Run every method on one model at every ratio."""
     from benchmarks.peers.quality import Judge  # here, so that --draw needs no open3d
 
@@ -158,17 +161,17 @@ def same(row: Row) -> tuple:
 def gather(options: argparse.Namespace) -> None:
     """Run what is asked for and write it into peers.json, model by model."""
     path = options.figures / "peers.json"
-    partial = options.only != [*MODELS, "series"] or len(options.methods) < len(METHODS)
+    partial = options.only != PARTS or len(options.methods) < len(METHODS)
     rows = json.loads(path.read_text())["rows"] if partial and path.exists() else []
     machine = f"{os.cpu_count()} processors ({platform.machine()})"
     for name in options.only:
-        if name != "series" and not present([options.models / name]):
-            continue
         if name == "series":
             new = series(options)
         else:
-            further = CURVE[1] if name == CURVE[0] else ()
-            new = compare(options.models / name, [*options.ratios, *further], options)
+            model, ratios = CURVE if name == "curve" else (name, options.ratios)
+            if not present([options.models / model]):
+                continue
+            new = compare(options.models / model, ratios, options)
         merged = {same(row): row for row in rows} | {same(row): row for row in new}
         rows = list(merged.values())
         path.write_text(json.dumps({"machine": machine, "rows": rounded(rows)}, indent=0))
@@ -187,7 +190,7 @@ def main() -> None:
     """Run, then write tables and plots."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     add_models_option(parser)
-    parser.add_argument("--only", nargs="+", default=[*MODELS, "series"], metavar="NAME")
+    parser.add_argument("--only", nargs="+", default=PARTS, metavar="NAME")
     parser.add_argument("--ratios", nargs="+", type=float, default=[0.1, 0.02])
     parser.add_argument("--methods", nargs="+", default=list(METHODS), choices=list(METHODS))
     parser.add_argument("--blender", default=sys.executable, help="a Python that has bpy")

@@ -20,6 +20,11 @@ def used(points: np.ndarray, faces: np.ndarray) -> int:
     return len(np.unique(faces))
 
 
+def guess(shape: Shape, count: int) -> float:
+    """Return about how many faces so many points will have: as many each as in the original."""
+    return count * len(shape.faces) / len(shape.points)
+
+
 def own(points: np.ndarray, faces: np.ndarray) -> Outcome:
     """Return a mesh of moved vertices as an outcome."""
     corner, faces = np.unique(faces, return_inverse=True)
@@ -50,7 +55,7 @@ def meshlab(shape: Shape, count: int, optimal: bool) -> tuple[Any, Any]:
     def read(meshes: pymeshlab.MeshSet) -> tuple[np.ndarray, np.ndarray]:
         return meshes.current_mesh().vertex_matrix(), meshes.current_mesh().face_matrix()
 
-    faces = seek(lambda faces: used(*read(decimate(fresh(), faces))), count, 2 * count, 1)
+    faces = seek(lambda faces: used(*read(decimate(fresh(), faces))), count, guess(shape, count), 1)
     meshes = fresh()
     return lambda: decimate(meshes, faces), read
 
@@ -84,7 +89,7 @@ def meshoptimizer_subset(shape: Shape, count: int) -> Ready:
         )
         return kept[:number].reshape(-1, 3).astype(np.int64)
 
-    faces = seek(lambda faces: used(points, simplified(faces)), count, 2 * count, 1)
+    faces = seek(lambda faces: used(points, simplified(faces)), count, guess(shape, count), 1)
     return Ready(lambda: simplified(faces), lambda result: original(shape, shape.points, result))
 
 
@@ -99,7 +104,7 @@ def fast(shape: Shape, count: int) -> Ready:
     def simplified(faces: float) -> tuple[np.ndarray, np.ndarray]:
         return fast_simplification.simplify(points, corners, target_count=int(faces))[:2]
 
-    faces = seek(lambda faces: used(*simplified(faces)), count, 2 * count, 1)
+    faces = seek(lambda faces: used(*simplified(faces)), count, guess(shape, count), 1)
     return Ready(lambda: simplified(faces), lambda result: own(*result))
 
 
@@ -134,17 +139,17 @@ def blender(shape: Shape, count: int) -> Ready:
         result.loop_triangles.foreach_get("vertices", faces)
         return points.reshape(-1, 3).astype(float), faces.reshape(-1, 3)
 
-    faces = seek(lambda faces: used(*read(simplified(faces))), count, 2 * count, 1)
+    faces = seek(lambda faces: used(*read(simplified(faces))), count, guess(shape, count), 1)
     modifier.ratio = 1.0  # so that the last call has work to do
     bpy.context.evaluated_depsgraph_get()
     return Ready(lambda: simplified(faces), lambda result: own(*read(result)))
 
 
-def ours(shape: Shape, count: int, placement: str) -> Ready:
+def ours(shape: Shape, count: int, placement: str, refine: bool = True) -> Ready:
     """Order all vertices by elimination."""
     import salcore
 
-    parameters = salcore.Parameters(placement=placement)
+    parameters = salcore.Parameters(placement=placement, refine=refine)
 
     def read(result: salcore.Simplification) -> Outcome:
         if result.positions is not None:
@@ -167,3 +172,15 @@ def ours_original(shape: Shape, count: int) -> Ready:
 def ours_optimal(shape: Shape, count: int) -> Ready:
     """Move the kept vertices to where the error is least."""
     return ours(shape, count, "optimal")
+
+
+@method("ours, mesh, not refined", OURS, faces=True)
+def ours_cut(shape: Shape, count: int) -> Ready:
+    """Keep original vertices, and the faces that the collapses left."""
+    return ours(shape, count, "original", refine=False)
+
+
+@method("ours, mesh, optimal placement, not refined", OURS, faces=True)
+def ours_minima(shape: Shape, count: int) -> Ready:
+    """Move the kept vertices to the minima of their quadrics alone."""
+    return ours(shape, count, "optimal", refine=False)

@@ -67,6 +67,7 @@ def error_against_count(rows: list[Row], figures: Path) -> None:
     if not rows:
         return
     rows = [row for row in rows if not row["method"].startswith("ours, threshold")]
+    rows = [row for row in rows if not row["method"].endswith("not refined")]
     point = [row for row in rows if "mesh" not in row]
     figure, axes = plt.subplots(2, 2, figsize=(12, 9), layout="constrained", sharex=True)
     kinds = (("rms", "rms error"), ("feature", "rms error at features"))
@@ -93,6 +94,7 @@ def error_against_count(rows: list[Row], figures: Path) -> None:
 def error_against_time(rows: list[Row], figures: Path, ratio: float = 0.1) -> None:
     """Draw the error of every method over its time, on four models."""
     rows = [row for row in rows if row.get("ratio") == ratio and "seconds" in row]
+    rows = [row for row in rows if not row["method"].endswith("not refined")]
     models = ("bun_zipper", "fandisk", "lion_takanawa_341989", "dragon_vrip")
     looks = style(list(dict.fromkeys(row["method"] for row in rows)))
     figure, axes = plt.subplots(2, 2, figsize=(12, 9.5), layout="constrained")

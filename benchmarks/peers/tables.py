@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,8 +16,9 @@ Row = dict[str, Any]
 
 COLUMNS = (
     ("mesh", "rms"),
-    ("mesh", "max"),
+    ("mesh", "both"),
     ("mesh", "feature"),
+    ("mesh", "normal"),
     ("rebuilt", "rms"),
     ("rebuilt", "max"),
     ("rebuilt", "feature"),
@@ -35,15 +37,37 @@ POINTS = (
     "curvature-weighted clusters",
     "grid with normals",
 )
-DUELS = (
-    ("mesh rms", "ours, mesh", SUBSET_MESHES, ("mesh", "rms")),
-    ("mesh at features", "ours, mesh", SUBSET_MESHES, ("mesh", "feature")),
-    ("optimal rms", "ours, mesh, optimal placement", MOVED_MESHES, ("mesh", "rms")),
-    ("optimal at features", "ours, mesh, optimal placement", MOVED_MESHES, ("mesh", "feature")),
-    ("cloud rms", "ours, cloud", POINTS, ("rebuilt", "rms")),
-    ("cloud at features", "ours, cloud", POINTS, ("rebuilt", "feature")),
-    ("cloud Δmax", "ours, cloud", POINTS, ("cover", "max")),
-    ("cloud Δavg", "ours, cloud", POINTS, ("cover", "avg")),
+EVEN = ("voxel grid", "farthest point", "Poisson disk")
+MESH_FIGURES = {
+    "rms": ("mesh", "rms"),
+    "at features": ("mesh", "feature"),
+    "largest, both ways": ("mesh", "both"),
+    "smooth normals": ("mesh", "normal"),
+}
+DUELS = (  # title, ours, and for each column its peers and figure
+    (
+        "Meshes of original vertices, against MeshLab and meshoptimizer",
+        "ours, mesh",
+        {name: (SUBSET_MESHES, figure) for name, figure in MESH_FIGURES.items()},
+    ),
+    (
+        "Meshes of moved vertices, against MeshLab, fast-simplification and Blender",
+        "ours, mesh, optimal placement",
+        {name: (MOVED_MESHES, figure) for name, figure in MESH_FIGURES.items()},
+    ),
+    (
+        "Clouds, against all point methods, and against voxel grid, farthest points and Poisson "
+        "disk alone (even)",
+        "ours, cloud",
+        {
+            "rms": (POINTS, ("rebuilt", "rms")),
+            "at features": (POINTS, ("rebuilt", "feature")),
+            "Δmax": (POINTS, ("cover", "max")),
+            "Δavg": (POINTS, ("cover", "avg")),
+            "rms, even": (EVEN, ("rebuilt", "rms")),
+            "at features, even": (EVEN, ("rebuilt", "feature")),
+        },
+    ),
 )
 RATIOS = (0.1, 0.02)  # of the tables; further ones are for the plot
 
@@ -54,6 +78,9 @@ and the plots; docs/evidence.md says what they mean. Lengths are per cent of the
 bounding box, distances from the original to the result:
 
 - **mesh**: from 200 000 samples of the original surface to the mesh that the method returned;
+  **both**: the largest from samples of either surface to the other; **normals**: rms angle in
+  degrees between smooth normals (of vertices by the angles of faces, interpolated inside faces) at
+  the samples and at the nearest places of the mesh;
 - **rebuilt**: to the surface that a neutral tool makes of the kept points: on a mesh the dual of
   their geodesic cells, on a cloud CGAL's advancing front (from all points);
 - **feature**: rms over the tenth of the original points where the surface bends most;
@@ -79,7 +106,7 @@ def fair(row: Row) -> bool:
 
 def best_of(rows: list[Row], group: str, key: str) -> float:
     """Return the least figure of a column."""
-    found = [row[group][key] for row in rows if fair(row) and group in row]
+    found = [row[group][key] for row in rows if fair(row) and key in row.get(group, {})]
     return min(found, default=math.nan)
 
 
@@ -87,12 +114,12 @@ def line(row: Row, best: dict[tuple[str, str], float]) -> str:
     """Return a method's row of the table."""
     for reason in ("left out", "missing", "unreachable"):
         if reason in row:
-            return f"| {row['method']} | _{reason}: {row[reason]}_ |" + " |" * 11
+            return f"| {row['method']} | _{reason}: {row[reason]}_ |" + " |" * 12
     cells = [row["method"]]
     cells.append(f"{row['points']}" if fair(row) else f"_{row['points']}_")
     cells += [f"{row['seconds']:.3g}", f"{row['cpu']:.3g}", f"{row['memory'] / 2**20:.0f}"]
     for group, key in COLUMNS:
-        if group not in row:
+        if key not in row.get(group, {}):
             cells.append("")
             continue
         text = number(row[group][key])
@@ -107,9 +134,9 @@ def table(rows: list[Row]) -> str:
     lines = [
         f"## {first['model']}: {first['asked']} of {first['of']} points",
         "",
-        "| method | points | s | CPU s | MB | mesh rms | max | feature "
+        "| method | points | s | CPU s | MB | mesh rms | both | feature | normals "
         "| rebuilt rms | max | feature | Δmax | Δavg |",
-        "|---|" + "---:|" * 12,
+        "|---|" + "---:|" * 13,
     ]
     return "\n".join(lines + [line(row, best) for row in rows])
 
@@ -117,37 +144,62 @@ def table(rows: list[Row]) -> str:
 def against(rows: list[Row], ours: str, peers: tuple[str, ...], column: tuple[str, str]) -> float:
     """Return our figure as a share of the best peer's; nan where there is none."""
     group, key = column
-    mine = [row[group][key] for row in rows if row["method"] == ours and group in row]
-    theirs = best_of([row for row in rows if row["method"] in peers], group, key)
-    return mine[0] / theirs if mine else math.nan
+    mine = best_of([row for row in rows if row["method"] == ours], group, key)
+    return mine / best_of([row for row in rows if row["method"] in peers], group, key)
 
 
 def duels(blocks: dict[tuple[str, float], list[Row]]) -> str:
-    """Return the table of our figures as shares of the best peer's."""
-    shares = {
-        block: [against(rows, ours, peers, column) for _, ours, peers, column in DUELS]
-        for block, rows in blocks.items()
-    }
-    lines = [
+    """Return the tables of our figures as shares of the best peer's."""
+    parts = [
         "## Ours as a share of the best peer's",
-        "",
         "Below 1 ours is better. Each figure is set against the best peer *for that figure*, so "
-        "one row may name several winners. `mesh`: against MeshLab with original vertices and "
-        "meshoptimizer; `optimal`: against MeshLab, fast-simplification and Blender; `cloud`: "
-        "against all point methods.",
-        "",
-        "| model | kept | " + " | ".join(name for name, *_ in DUELS) + " |",
-        "|---|---:|" + "---:|" * len(DUELS),
+        "one row may name several winners.",
     ]
-    for (model, ratio), values in shares.items():
-        cells = ["" if math.isnan(v) else f"{v:.2f}" for v in values]
-        lines.append(f"| {model} | {ratio:.0%} | " + " | ".join(cells) + " |")
-    means = []
-    for column in zip(*shares.values(), strict=True):
-        logs = [math.log(value) for value in column if not math.isnan(value)]
-        means.append(f"**{math.exp(sum(logs) / len(logs)):.2f}**" if logs else "")
-    lines.append("| **geometric mean** | | " + " | ".join(means) + " |")
-    return "\n".join(lines)
+    return "\n\n".join(parts + [duel(blocks, *each) for each in DUELS])
+
+
+def duel(
+    blocks: dict[tuple[str, float], list[Row]],
+    title: str,
+    ours: str,
+    columns: dict[str, tuple[tuple[str, ...], tuple[str, str]]],
+) -> str:
+    """Return one of these tables, and the means of its columns."""
+    lines = [f"**{title}**", "", "| model | kept | " + " | ".join(columns) + " |"]
+    lines.append("|---|---:|" + "---:|" * len(columns))
+    shares = []
+    for (model, ratio), rows in blocks.items():
+        values = [against(rows, ours, *column) for column in columns.values()]
+        if not all(map(math.isnan, values)):
+            has_faces = any("mesh" in row for row in rows)
+            shares.append((has_faces, values))
+            cells = ["" if math.isnan(value) else f"{value:.2f}" for value in values]
+            lines.append(f"| {model} | {ratio:.0%} | " + " | ".join(cells) + " |")
+    return "\n".join(lines + means(shares))
+
+
+def means(shares: list[tuple[bool, list[float]]]) -> list[str]:
+    """Return the rows below a table of shares: means, the worst, and how often ours is ahead."""
+    columns = by_column([values for _, values in shares])
+    rows = {"geometric mean": [f"{geometric_mean(column):.2f}" for column in columns]}
+    if not all(has_faces for has_faces, _ in shares):
+        of_meshes = by_column([values for has_faces, values in shares if has_faces])
+        rows["of the meshes' points"] = [f"{geometric_mean(column):.2f}" for column in of_meshes]
+    rows["worst"] = [f"{max(column, default=math.nan):.2f}" for column in columns]
+    rows["ahead"] = [f"{sum(share < 1 for share in each)} of {len(each)}" for each in columns]
+    return [f"| **{name}** | | " + " | ".join(cells) + " |" for name, cells in rows.items()]
+
+
+def by_column(table: list[list[float]]) -> list[list[float]]:
+    """Return a table's columns without what is missing."""
+    return [
+        [value for value in column if not math.isnan(value)] for column in zip(*table, strict=True)
+    ]
+
+
+def geometric_mean(shares: Sequence[float]) -> float:
+    """Return the geometric mean; nan of nothing."""
+    return math.exp(sum(map(math.log, shares)) / len(shares)) if shares else math.nan
 
 
 def ratio_to(rows: list[Row], ours: str, peer: str, group: str, key: str) -> float:
@@ -165,16 +217,22 @@ def each_peer(blocks: dict[tuple[str, float], list[Row]]) -> str:
     lines = [
         "## Ours as a share of each peer's",
         "",
-        "Geometric means over the models and ratios where both met the count, and the worst single "
-        "figure. Surfaces: of meshes the mesh, of points the rebuilt surface.",
+        "Geometric means over the models and ratios where both met the count (*cases*), and the "
+        "worst single figure. Surfaces: of meshes the mesh, of points the rebuilt surface. *Not "
+        "refined* is our own cut before edges are flipped and places fitted.",
         "",
-        "| ours | peer | rms | worst | at features | worst | Δavg | CPU time | memory |",
-        "|---|---|" + "---:|" * 7,
+        "| ours | peer | cases | rms | worst | at features | worst | both ways | normals | Δmax "
+        "| Δavg | CPU time | memory |",
+        "|---|---|" + "---:|" * 11,
     ]
     sides = (
-        ("ours, mesh", SUBSET_MESHES, "mesh"),
-        ("ours, mesh, optimal placement", MOVED_MESHES, "mesh"),
-        ("ours, cloud", POINTS, "rebuilt"),
+        ("ours, mesh", (*SUBSET_MESHES, "ours, mesh, not refined"), "mesh"),
+        (
+            "ours, mesh, optimal placement",
+            (*MOVED_MESHES, "ours, mesh, optimal placement, not refined", "ours, mesh"),
+            "mesh",
+        ),
+        ("ours, cloud", (*POINTS, "MeshLab QEM, original vertices"), "rebuilt"),
     )
     for ours, peers, surface in sides:
         for peer in peers:
@@ -182,12 +240,17 @@ def each_peer(blocks: dict[tuple[str, float], list[Row]]) -> str:
             for group, key, worst in (
                 (surface, "rms", True),
                 (surface, "feature", True),
+                (surface, "both", False),
+                (surface, "normal", False),
+                ("cover", "max", False),
                 ("cover", "avg", False),
                 ("", "cpu", False),
                 ("", "memory", False),
             ):
                 found = [ratio_to(rows, ours, peer, group, key) for rows in blocks.values()]
-                cells += summary([x for x in found if 0 < x < math.inf], worst)
+                found = [share for share in found if 0 < share < math.inf]
+                cells += [] if cells else [f"{len(found)}"]
+                cells += summary(found, worst)
             lines.append(f"| {ours} | {peer} | " + " | ".join(cells) + " |")
     return "\n".join(lines)
 
@@ -196,8 +259,7 @@ def summary(shares: list[float], worst: bool) -> list[str]:
     """Return the geometric mean of shares, and the largest if asked for."""
     if not shares:
         return [""] * (1 + worst)
-    mean = math.exp(sum(map(math.log, shares)) / len(shares))
-    return [f"{mean:.3g}", f"{max(shares):.2f}"][: 1 + worst]
+    return [f"{geometric_mean(shares):.3g}", f"{max(shares):.2f}"][: 1 + worst]
 
 
 def series_table(rows: list[Row]) -> str:
@@ -232,8 +294,13 @@ def write(figures: Path) -> None:
     for row in rows:
         if row.get("ratio") in RATIOS:
             blocks.setdefault((row["model"], row["ratio"]), []).append(row)
-    versions = {METHODS[row["method"]].package: row["version"] for row in rows if "version" in row}
-    with_versions = ", ".join(f"{name} {version}" for name, version in sorted(versions.items()))
+    order = list(METHODS)
+    for block in blocks.values():
+        block.sort(key=lambda row: order.index(row["method"]))
+    versions = {
+        f"{METHODS[row['method']].package} {row['version']}" for row in rows if "version" in row
+    }
+    with_versions = ", ".join(sorted(versions))
     absent = sorted({f"{row['method']} ({row['missing']})" for row in rows if "missing" in row})
     parts = [HEAD, f"Machine: {data['machine']}. Versions: {with_versions}."]
     if absent:
