@@ -6,12 +6,10 @@ A stage whose file is there already returns at once: that is how a run is resume
 
 from __future__ import annotations
 
-import pickle
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 import salcore
 from salcore.tiles.merge import (
@@ -48,7 +46,7 @@ def analyse(job: Job, plan: Plan, tile: int) -> None:
     result = analyse_tile(points, core, (plan.low, plan.high), _parameters(job))
     del points
     numbers = numbers[result.geometry.input_of]
-    write_whole(job.path(f"tile-{tile}.pickle"), lambda spare: _dump(spare, (result, numbers)))
+    save(job.path(f"tile-{tile}.npz"), numbers=numbers, **result.arrays())
     _save_statistics(path, result.statistics())
 
 
@@ -83,13 +81,14 @@ def order(job: Job, whole: Whole, tile: int) -> None:
     """Put the points of a tile's core in the order in which they go."""
     path = job.path(f"order-{tile}.npz")
     if not path.exists():
-        with job.path(f"tile-{tile}.pickle").open("rb") as file:
-            found: tuple[Tile, NDArray[np.int64]] = pickle.load(file)
-        result, numbers = found
+        with np.load(job.path(f"tile-{tile}.npz")) as found:
+            arrays = {name: found[name] for name in found.files}
+        numbers = arrays.pop("numbers")
+        result = Tile.from_arrays(arrays)
         core = result.core
         done = order_tile(result, whole, _parameters(job))
         save(path, step=done.step[core], cost=done.cost[core], number=numbers[core])
-    job.path(f"tile-{tile}.pickle").unlink(missing_ok=True)
+    job.path(f"tile-{tile}.npz").unlink(missing_ok=True)
 
 
 def choose(job: Job, plan: Plan) -> tuple[Cut, int]:
@@ -140,8 +139,3 @@ def _load(job: Job, tile: int) -> tuple[Any, Any, Any]:
     """Return steps, costs and numbers of a tile's core."""
     with np.load(job.path(f"order-{tile}.npz")) as found:
         return found["step"], found["cost"], found["number"]
-
-
-def _dump(path: Path, value: object) -> None:
-    with path.open("wb") as file:
-        pickle.dump(value, file, protocol=pickle.HIGHEST_PROTOCOL)

@@ -41,6 +41,8 @@ FLOOR = 1.2
 """Times the noise that is taken from a map."""
 REMAINDER = 0.6
 """Share of the map that is left at least: its order stays."""
+ROUNDING = 1e-12
+"""Saliency below which it is none: roots and squares leave that of nothing."""
 OFFSET = 0.02
 """Saliency and noise too small to matter: no level counts without bound, none wipes out another."""
 
@@ -241,5 +243,6 @@ def _combine(levels: tuple[Level, ...], used: range, maps: list[tuple[Floats, Fl
             both = np.column_stack([total, weights])[levels[k].cell]
             both = 0.5 * (both + levels[k - 1].mean @ both)
             total, weights = both[:, 0], both[:, 1]
-    raw: Floats = np.maximum((total / weights) ** 2 - OFFSET, 0.0)
+    raw: Floats = (total / weights) ** 2 - OFFSET
+    raw[raw < ROUNDING] = 0.0
     return raw

@@ -7,7 +7,10 @@ there. Only the core counts in statistics and results.
 
 from __future__ import annotations
 
+import dataclasses
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,7 +33,7 @@ from .merge import Statistics, Whole
 
 @dataclass(frozen=True, eq=False)
 class Tile:
-    """A tile that has been analysed, over its n distinct points. It pickles.
+    """A tile that has been analysed, over its n distinct points.
 
     Attributes
     ----------
@@ -52,6 +55,40 @@ class Tile:
     faces: Ints
     links: tuple[Ints, Ints]
     core: Mask
+
+    def arrays(self) -> dict[str, NDArray[Any]]:
+        """Return all of it as named arrays, for a file; `from_arrays` takes them back."""
+        found = {
+            "saliency": self.saliency,
+            "faces": self.faces,
+            "low": self.links[0],
+            "high": self.links[1],
+            "core": self.core,
+        }
+        for owner, values in (("geometry", self.geometry), ("frames", self.frames)):
+            for field in dataclasses.fields(values):
+                value = getattr(values, field.name)
+                if value is not None:
+                    found[f"{owner}.{field.name}"] = np.asarray(value)
+        return found
+
+    @classmethod
+    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Tile:
+        """Return the tile of these arrays."""
+        parts: dict[str, dict[str, Any]] = {"geometry": {"normals": None}, "frames": {}}
+        for name in arrays:
+            owner, _, field = name.partition(".")
+            if field:
+                value = arrays[name]
+                parts[owner][field] = value if value.ndim else value.item()
+        return cls(
+            Geometry(**parts["geometry"]),
+            Frames(**parts["frames"]),
+            arrays["saliency"],
+            arrays["faces"],
+            (arrays["low"], arrays["high"]),
+            arrays["core"],
+        )
 
     def statistics(self) -> Statistics:
         """Return what this tile adds to the whole."""
