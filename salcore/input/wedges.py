@@ -96,6 +96,14 @@ def build_wedges(geometry: Geometry, layers: list[Layer]) -> Wedges | None:
     used: list[int] = []
     for number, layer in enumerate(layers):
         at_low, at_high = layer.differ(*low), layer.differ(*high)
+        if not layer.given:
+            # Scans have single points twice, at slits and where fans meet: no line, hence one point.
+            line = edge[at_low & at_high]
+            on_line = np.zeros(count, dtype=bool)
+            on_line[edges.low[line]] = on_line[edges.high[line]] = True
+            divided[number] = divided[number] & on_line
+            at_low &= on_line[edges.low[edge]]
+            at_high &= on_line[edges.high[edge]]
         there = seam | at_low | at_high
         if layer.is_texture:
             there |= layer.mirrored(low, high)

@@ -58,7 +58,7 @@ class Tile:
 
     def arrays(self) -> dict[str, NDArray[Any]]:
         """Return all of it as named arrays, for a file; `from_arrays` takes them back."""
-        found = {
+        found: dict[str, NDArray[Any]] = {
             "saliency": self.saliency,
             "faces": self.faces,
             "low": self.links[0],
