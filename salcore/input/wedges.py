@@ -97,7 +97,7 @@ def build_wedges(geometry: Geometry, layers: list[Layer]) -> Wedges | None:
     for number, layer in enumerate(layers):
         at_low, at_high = layer.differ(*low), layer.differ(*high)
         if not layer.given:
-            # Scans have single points twice, at slits and where fans meet: no line, hence one point.
+            # Scans have single points twice, at slits and where fans meet: that is no line.
             line = edge[at_low & at_high]
             on_line = np.zeros(count, dtype=bool)
             on_line[edges.low[line]] = on_line[edges.high[line]] = True
