@@ -23,6 +23,7 @@ INSTALLED = USER / "extensions" / "user_default" / "salient_simplify"
 def select_only(item):
     for other in bpy.context.selected_objects:
         other.select_set(False)
+    item.hide_set(False)  # a simplified object is hidden
     item.select_set(True)
     bpy.context.view_layer.objects.active = item
 
