@@ -68,6 +68,7 @@ def corner_layers(mesh: Any) -> dict[str, Any]:
     split = are_split(points)
     if split and mesh.has_vertex_color():
         values.append(mesh.vertex_color_matrix()[faces])
+    # MeshLab does not tell which other attributes a vertex has: copies may differ in those.
     given: dict[str, Any] = {"corner_values": [np.nan_to_num(v) for v in values] or None}
     if mesh.has_vertex_color():
         given["point_values"] = np.nan_to_num(mesh.vertex_color_matrix()[:, :3])

@@ -106,7 +106,8 @@ class Analysis(Maps):
             Values of the corners of all faces, one array a layer: texture coordinates, colours,
             a material's number. Edges on whose two sides a layer differs are seams, which stay as
             lines; no value goes over from one chart to another (`Simplification.face_corners`).
-            Without layers, equal points are told apart: files split them along seams.
+            Without, equal points are told apart: files split them along seams. An empty list
+            says that there are no values: equal points are one.
         corner_normals : (F, 3, 3) array_like, optional
             One more layer: normals of the corners, which differ from 10 degrees on.
         keep_seams : bool

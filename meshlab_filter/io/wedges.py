@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .layer import NORMAL, RGB, Floats, Layer, are_split
+from .layer import NORMAL, RGB, XYZ, Floats, Layer, are_split
 from .obj import GROUP, MATERIAL, NORMAL_CORNERS
 from .obj_write import PAIRS
 
@@ -34,7 +34,9 @@ def corner_layers(layer: Layer) -> dict[str, Any]:
         values.append(_at_corners(layer, RGB, faces))
     if split and normals is None and set(NORMAL) <= layer.columns.keys():
         normals = _at_corners(layer, NORMAL, faces)
-    given: dict[str, Any] = {"corner_values": values or None}
+    # Copies with nothing but places are one point; what other columns mean is not known.
+    bare = set(layer.columns) <= set(XYZ)
+    given: dict[str, Any] = {"corner_values": values if values or bare else None}
     if set(RGB) <= layer.columns.keys():
         given["point_values"] = _finite(np.column_stack([layer.columns[k] for k in RGB]))
     return given if normals is None else given | {"corner_normals": _finite(normals)}

@@ -157,6 +157,7 @@ def fingerprint(**given: ArrayLike | Sequence[ArrayLike] | bool | None) -> bytes
     """Return a number of 16 bytes that tells arguments from others, in O(size)."""
     digest = hashlib.blake2b(digest_size=16)
     for name, value in given.items():
+        digest.update(f"{name} {value is None}".encode())  # nothing known, or nothing there
         for part in arrays_of(value):
             array = np.ascontiguousarray(as_array(part, name, WANTED.get(name, "an array")))
             digest.update(f"{name} {array.dtype} {array.shape}".encode())

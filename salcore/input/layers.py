@@ -117,6 +117,7 @@ def read_layers(
     ----------
     geometry : Geometry
     corner_values : (F, 3, d) array_like, or sequence of them, or None
+        An empty sequence says that corners have no values.
     corner_normals : (F, 3, 3) array_like or None
     protected : (N,) bool or None
         Input points that are never removed: each is told from those that equal it.
@@ -128,15 +129,16 @@ def read_layers(
 
     Notes
     -----
-    Without any values, equal points are told apart: their values differ, or a file would not have
+    Where values are not known, equal points are told apart: they differ, or a file would not have
     split them.
     """
+    unknown = corner_values is None and corner_normals is None
     layers = [_layer(geometry, array, "corner_values") for array in arrays_of(corner_values)]
     if corner_normals is not None:
         layers.append(_layer(geometry, corner_normals, "corner_normals", normals=True))
-    if geometry.corner_points is not None and (not layers or protected is not None):
+    if geometry.corner_points is not None and (unknown or protected is not None):
         copy = copy_numbers(geometry.vertex_of)[geometry.corner_points].astype(np.float64)
-        if not layers:
+        if unknown:
             layers.append(Layer(copy[:, :, None], given=False))
         if protected is not None:
             own = np.where(protected[geometry.corner_points], copy + 1.0, 0.0)

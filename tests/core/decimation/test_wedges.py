@@ -66,6 +66,14 @@ def test_wedges_and_copies_give_the_same_mesh():
     assert len(split.faces) == len(wedges.faces)
 
 
+def test_copies_without_values_are_one_point():
+    points, faces, _ = unrolled_torus(24)
+    analysis = salcore.analyze(points, faces)
+    result = analysis.simplify(count=100, corner_values=[])
+    assert len(result.indices) == len(np.unique(result.faces)) == 100
+    assert len(analysis.simplify(count=100).indices) > 100  # the two are told apart
+
+
 def test_all_copies_are_kept_at_ratio_one():
     points, faces, _ = unrolled_torus(12)
     result = salcore.simplify(points, faces, ratio=1.0)
