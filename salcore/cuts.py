@@ -212,8 +212,9 @@ class Cuts:
         if positions is None:
             refine_faces(mesh, self.geometry.points, self.samples, source, progress)
             return None
-        held = self.constraints.staying
-        return fit_positions(mesh, positions, self.samples, source, held, progress)
+        held, geometry = self.constraints.staying, self.geometry
+        original = geometry.points, geometry.faces
+        return fit_positions(mesh, positions, self.samples, source, held, original, progress)
 
     def _losses(self, ranks: int, faces: Indices) -> list[str]:
         """Return notes on the parts and the topology that the faces of a cut have lost."""
