@@ -92,7 +92,7 @@ def count_file(job: Job, number: int) -> None:
         points = coordinates(chunk)
         counts += count_cells(points, *box)
         low, high = np.minimum(low, points.min(axis=0)), np.maximum(high, points.max(axis=0))
-    save(path, counts=counts, low=low, high=high)
+    save(path, small=True, counts=counts, low=low, high=high)
 
 
 def make_plan(job: Job) -> Plan:
@@ -169,11 +169,11 @@ def read_tile(job: Job, tile: int) -> tuple[Floats, NDArray[np.int64]]:
     return np.ascontiguousarray(rows["point"]), np.ascontiguousarray(rows["number"])
 
 
-def save(path: Path, **arrays: Any) -> None:
-    """Write arrays into one file, whole."""
+def save(path: Path, *, small: bool = False, **arrays: Any) -> None:
+    """Write arrays into one file, whole; compressed if it is to be small, which takes long."""
 
     def write(spare: Path) -> None:
         with spare.open("wb") as file:
-            np.savez_compressed(file, **arrays)
+            (np.savez_compressed if small else np.savez)(file, **arrays)
 
     write_whole(path, write)

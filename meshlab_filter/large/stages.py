@@ -45,14 +45,14 @@ def analyse(job: Job, plan: Plan, tile: int) -> None:
         return
     result = analyse_tile(points, core, (plan.low, plan.high), _parameters(job))
     del points
-    numbers = numbers[result.geometry.input_of]
+    numbers = numbers[result.input_of]
     save(job.path(f"tile-{tile}.npz"), numbers=numbers, **result.arrays())
     _save_statistics(path, result.statistics())
 
 
 def _save_statistics(path: Path, found: Statistics) -> None:
     arrays = {"saliency": found.saliency, "faces": found.faces, "areas": found.areas}
-    save(path, points=found.points, **arrays)
+    save(path, small=True, points=found.points, **arrays)
 
 
 def gather(job: Job, plan: Plan) -> Whole:
@@ -84,7 +84,7 @@ def order(job: Job, whole: Whole, tile: int) -> None:
         with np.load(job.path(f"tile-{tile}.npz")) as found:
             arrays = {name: found[name] for name in found.files}
         numbers = arrays.pop("numbers")
-        result = Tile.from_arrays(arrays)
+        result = Tile(**arrays)
         core = result.core
         done = order_tile(result, whole, _parameters(job))
         save(path, step=done.step[core], cost=done.cost[core], number=numbers[core])

@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a command and all processes that it starts take together."""
+
+from __future__ import annotations
+
+import resource
+import subprocess
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import psutil
+
+INTERVAL = 0.5
+"""Seconds between looks at the memory."""
+
+
+@dataclass(frozen=True)
+class Taken:
+    """What a command took.
+
+    Attributes
+    ----------
+    cpu, wall : float
+        Seconds; CPU over all processes and threads.
+    memory : float
+        Largest sum of the processes' proportional sets (PSS: what several share counts once), in
+        bytes, as looked at every `INTERVAL`.
+    """
+
+    cpu: float
+    wall: float
+    memory: float
+
+
+def run(command: Sequence[str]) -> Taken:
+    """Run a command to its end.
+
+    Raises
+    ------
+    SystemExit
+        If it fails.
+    """
+    before, begun, memory = _children_seconds(), time.perf_counter(), 0.0
+    with subprocess.Popen(command) as process:
+        while process.poll() is None:
+            memory = max(memory, _memory(process.pid))
+            time.sleep(INTERVAL)
+    if process.returncode:
+        raise SystemExit(f"{' '.join(command)}: ended with {process.returncode}")
+    return Taken(_children_seconds() - before, time.perf_counter() - begun, memory)
+
+
+def _children_seconds() -> float:
+    """Return the CPU seconds of all processes that this one has started and that have ended."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
+def _memory(pid: int) -> float:
+    """Return the memory of a process and its descendants."""
+    total = 0.0
+    try:
+        parent = psutil.Process(pid)
+        for process in [parent, *parent.children(recursive=True)]:
+            total += process.memory_full_info().pss
+    except (psutil.Error, FileNotFoundError):  # one has just ended: the next look is as good
+        return 0.0
+    return total
