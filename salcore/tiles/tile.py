@@ -49,6 +49,8 @@ class Tile:
         Links along which points without triangles may go.
     core : (n,) bool
         Points that are no halo.
+    normals : (n, 3) float64 or None
+        For errors; the order does not need them.
     """
 
     points: Floats
@@ -59,10 +61,12 @@ class Tile:
     low: Ints
     high: Ints
     core: Mask
+    normals: Floats | None = None
 
     def arrays(self) -> dict[str, NDArray[Any]]:
-        """Return all of it as named arrays, for a file; ``Tile(**arrays)`` takes them back."""
-        return {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
+        """Return all but the normals as named arrays; ``Tile(**arrays)`` takes them back."""
+        names = [field.name for field in dataclasses.fields(self) if field.name != "normals"]
+        return {name: getattr(self, name) for name in names}
 
     def statistics(self) -> Statistics:
         """Return what this tile adds to the whole."""
@@ -82,10 +86,13 @@ class Order:
         Step of the threshold; `LAST_STEP` for those that never go.
     cost : (n,) float64
         Of removal.
+    error : (n,) float64
+        Estimate of the error of the surface once each is gone, in the unit of the clean whole.
     """
 
     step: Ints
     cost: Floats
+    error: Floats
 
 
 def analyse_tile(
@@ -128,6 +135,7 @@ def analyse_tile(
         faces,
         *links,
         core[geometry.input_of],
+        frames.normals,
     )
 
 
@@ -161,4 +169,4 @@ def order_tile(
         )
     assert elimination.step is not None
     assert elimination.cost is not None
-    return Order(elimination.step, elimination.cost)
+    return Order(elimination.step, elimination.cost, elimination.error)
