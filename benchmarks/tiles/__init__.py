@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Time and memory of our own code."""
+"""Clouds in tiles against the same clouds in memory."""

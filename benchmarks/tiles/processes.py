@@ -26,11 +26,19 @@ class Taken:
     memory : float
         Largest sum of the processes' proportional sets (PSS: what several share counts once), in
         bytes, as looked at every `INTERVAL`.
+    alone : float
+        CPU seconds of the command's own process, while the others mostly wait.
     """
 
     cpu: float
     wall: float
     memory: float
+    alone: float
+
+    @property
+    def on_two_cores(self) -> float:
+        """Seconds that two free cores would take, were the others' work shared evenly."""
+        return self.alone + 0.5 * (self.cpu - self.alone)
 
 
 def run(command: Sequence[str]) -> Taken:
@@ -41,14 +49,16 @@ def run(command: Sequence[str]) -> Taken:
     SystemExit
         If it fails.
     """
-    before, begun, memory = _children_seconds(), time.perf_counter(), 0.0
+    before, begun = _children_seconds(), time.perf_counter()
+    memory = alone = 0.0
     with subprocess.Popen(command) as process:
         while process.poll() is None:
             memory = max(memory, _memory(process.pid))
+            alone = max(alone, _seconds(process.pid))
             time.sleep(INTERVAL)
     if process.returncode:
         raise SystemExit(f"{' '.join(command)}: ended with {process.returncode}")
-    return Taken(_children_seconds() - before, time.perf_counter() - begun, memory)
+    return Taken(_children_seconds() - before, time.perf_counter() - begun, memory, alone)
 
 
 def _children_seconds() -> float:
@@ -67,3 +77,12 @@ def _memory(pid: int) -> float:
     except (psutil.Error, FileNotFoundError):  # one has just ended: the next look is as good
         return 0.0
     return total
+
+
+def _seconds(pid: int) -> float:
+    """Return the CPU seconds that a process has taken, without its children's."""
+    try:
+        times = psutil.Process(pid).cpu_times()
+    except psutil.Error:
+        return 0.0
+    return float(times.user + times.system)

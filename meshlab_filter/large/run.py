@@ -40,6 +40,8 @@ LOCAL = "local"
 """Name of a Dask cluster on this machine."""
 PATIENCE = 10
 """Seconds in which a scheduler must answer."""
+PATIENCE_WITH_WORKERS = 60
+"""Seconds in which a first worker must have joined it."""
 Each = Callable[[Callable[..., None], Sequence[tuple[Any, ...]], Progress], None]
 """Calls a function with each of several arguments, in any order."""
 
@@ -260,6 +262,8 @@ def _cluster(scheduler: str, workers: int) -> Iterator[Each]:
             f"scheduler={scheduler!r}: needs Dask; install it with pip install "
             "'salient-simplify[scale]'"
         ) from error
+    # What matters is said in one sentence.
+    logging.getLogger("distributed.client").setLevel(logging.CRITICAL)
     options: dict[str, Any] = {"address": scheduler, "timeout": PATIENCE}
     cluster = None
     if scheduler == LOCAL:
@@ -267,8 +271,8 @@ def _cluster(scheduler: str, workers: int) -> Iterator[Each]:
             n_workers=workers,
             threads_per_worker=1,
             memory_limit=None,
-            dashboard_address=None,
-            silence_logs=logging.CRITICAL,  # what matters is said in one sentence
+            dashboard_address="127.0.0.1:0",
+            silence_logs=logging.CRITICAL,
         )
         options["address"] = cluster
     try:
@@ -286,16 +290,17 @@ def _cluster(scheduler: str, workers: int) -> Iterator[Each]:
                 function: Callable[..., None], calls: Sequence[tuple[Any, ...]], progress: Progress
             ) -> None:
                 futures = [client.submit(function, *call, pure=False) for call in calls]
-                for done, future in enumerate(distributed.as_completed(futures), 1):
-                    future.result()
-                    progress(done / len(calls))
+                try:
+                    for done, future in enumerate(distributed.as_completed(futures), 1):
+                        future.result()
+                        progress(done / len(calls))
+                except (distributed.CancelledError, distributed.comm.CommClosedError) as error:
+                    raise FileError(
+                        f"scheduler={scheduler!r}: was lost; the work done is kept: start it "
+                        "again, and go on with --resume"
+                    ) from error
 
             yield each
-    except (distributed.CancelledError, distributed.comm.CommClosedError) as error:
-        raise FileError(
-            f"scheduler={scheduler!r}: was lost; the work done is kept: start it again, and go on "
-            "with --resume"
-        ) from error
     except distributed.KilledWorker as error:
         raise salcore.MemoryLimitError(
             "workers were killed again and again at one tile, most likely for want of memory; the "
@@ -309,7 +314,7 @@ def _cluster(scheduler: str, workers: int) -> Iterator[Each]:
 def _wait_for_workers(client: Any, scheduler: str) -> None:
     """Wait until a cluster has a worker, but not for ever."""
     try:
-        client.wait_for_workers(1, timeout=PATIENCE)
+        client.wait_for_workers(1, timeout=PATIENCE_WITH_WORKERS)
     except TimeoutError as error:
         raise FileError(
             f"scheduler={scheduler!r}: has no workers; start some with dask worker"
