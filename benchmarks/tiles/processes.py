@@ -54,7 +54,7 @@ def run(command: Sequence[str]) -> Taken:
     with subprocess.Popen(command) as process:
         while process.poll() is None:
             memory = max(memory, _memory(process.pid))
-            alone = max(alone, _seconds(process.pid))
+            alone = max(alone, _seconds(process.pid, command))
             time.sleep(INTERVAL)
     if process.returncode:
         raise SystemExit(f"{' '.join(command)}: ended with {process.returncode}")
@@ -79,10 +79,18 @@ def _memory(pid: int) -> float:
     return total
 
 
-def _seconds(pid: int) -> float:
-    """Return the CPU seconds that a process has taken, without its children's."""
+def _seconds(pid: int, command: Sequence[str]) -> float:
+    """Return the CPU seconds of the process that a command itself is, without its children's.
+
+    The interpreter may be a launcher that starts the true one with the same arguments.
+    """
+    most = 0.0
     try:
-        times = psutil.Process(pid).cpu_times()
+        parent = psutil.Process(pid)
+        for process in [parent, *parent.children(recursive=True)]:
+            if process.cmdline()[1:] == list(command[1:]):
+                times = process.cpu_times()
+                most = max(most, times.user + times.system)
     except psutil.Error:
         return 0.0
-    return float(times.user + times.system)
+    return most

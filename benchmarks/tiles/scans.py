@@ -120,8 +120,8 @@ def page(found: dict[str, Any]) -> str:
         "together. *Two free cores* is worked out from CPU seconds, for the machine did other",
         "things beside: those of the first process, and half of the others'.",
         "",
-        "| | points | tiles | CPU seconds | in memory | share | two free cores, of in memory "
-        "| wall, of in memory | GB | in memory |",
+        "| | points | tiles | CPU seconds | in memory | share | wall, two free cores | wall "
+        "measured, of in memory | GB | in memory |",
         "|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|",
     ]
     names = {"crop": "crop, with errors", "scan": "nine files", "one": "one of them"}
@@ -160,7 +160,8 @@ def _taken_row(name: str, one: dict[str, Any]) -> str:
     if "whole" in one:
         whole = Taken(**one["whole"])
         cells += [f"{whole.cpu:.0f}", f"{tiled.cpu / whole.cpu:.2f}"]
-        cells += [f"{tiled.on_two_cores / whole.cpu:.2f}", f"{tiled.wall / whole.wall:.2f}"]
+        alone = f"{tiled.on_two_cores:.0f}" if tiled.alone > 1.0 else ""
+        cells += [alone, f"{tiled.wall / whole.wall:.2f}"]
         cells += [memory, f"{whole.memory / 1e9:.2f}"]
     else:
         cells += ["", "", "", "", memory, ""]
