@@ -148,7 +148,8 @@ class Cuts:
         def measure(count: int) -> float:
             return self.simplify(count, 0.0).largest_error()
 
-        return count_within(bound, estimate, measure, self.least, part)
+        start = int(np.count_nonzero(estimate > bound))
+        return count_within(bound, start, len(order), measure, self.least, part)
 
     def simplify(
         self,
