@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A mesh that is simplified by tiles, and the passes that this takes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .job import Job
+from .ply_blocks import Layout
+
+FACES = 4_000_000
+"""Faces that one task spills."""
+SHARES = (2 / 3, 1.05, 1.0)
+"""What the passes leave: the first the ratio to the power of this, so that each has a like share of
+the work; the second so many times the points that are wanted; the third these. A pass whose mesh
+fits into one tile is the last."""
+
+
+@dataclass(frozen=True)
+class MeshJob(Job):
+    """A run on a mesh. It pickles.
+
+    Attributes
+    ----------
+    layout : Layout
+    keep_border, keep_topology : bool
+        As in `salcore.Analysis.simplify`.
+    """
+
+    layout: Layout
+    keep_border: bool = False
+    keep_topology: bool = False
+
+    def manifest(self) -> dict[str, object]:
+        """Return what two runs that share a folder must have in common."""
+        base = Job(
+            self.folder, self.sources, self.parameters, self.target, self.value, self.most
+        )  # the layout follows from the file
+        kept = {"keep_border": self.keep_border, "keep_topology": self.keep_topology}
+        return base.manifest() | kept
+
+    def face_ranges(self) -> list[tuple[int, int]]:
+        """Return the bounds of the faces that tasks spill."""
+        total = self.layout.faces.count
+        return [(start, min(start + FACES, total)) for start in range(0, total, FACES)]
+
+
+@dataclass(frozen=True, eq=False)
+class Pass:
+    """One pass over the mesh, or what the last one left of it.
+
+    Attributes
+    ----------
+    turn : int
+        Its number, from 0; boxes are turned by it.
+    boxes : (t, 2, 3) float64
+        Corners of the tiles: of the file in the first pass, then of the clean geometry.
+    sources : list of list of int
+        For each tile, those of the last pass that it takes from.
+    """
+
+    turn: int
+    boxes: NDArray[np.float64]
+    sources: list[list[int]]
+
+    @property
+    def alone(self) -> bool:
+        """Whether there is one tile only, which is the whole."""
+        return len(self.boxes) == 1
