@@ -66,6 +66,18 @@ class Pass:
     boxes: NDArray[np.float64]
     sources: list[list[int]]
 
+    def reached_by(self, job: MeshJob, boxes: NDArray[np.float64]) -> list[list[int]]:
+        """Return which tiles each box (t, 2, 3) of the next pass takes from, once this is done."""
+        tiles = range(len(self.boxes))
+        ends = []
+        for tile in tiles:
+            with np.load(job.path(f"left-{self.turn}-{tile}.npz")) as found:
+                ends.append((found["low"], found["high"]))
+        return [
+            [k for k in tiles if (ends[k][0] <= box[1]).all() and (ends[k][1] >= box[0]).all()]
+            for box in boxes
+        ]
+
     @property
     def alone(self) -> bool:
         """Whether there is one tile only, which is the whole."""

@@ -23,6 +23,7 @@ from . import mesh_stages as stages
 from .bins import Plan, typical_spacing
 from .job import planned_size, work_folder
 from .mesh_job import SHARES, MeshJob, Pass
+from .mesh_refine import plan_refinement, refine, spill_samples
 from .mesh_write import write_mesh
 from .run import PROCESS, Each, _cluster, _pool
 
@@ -132,8 +133,11 @@ def _stages(
     each(stages.analyse, [(job, plan, k) for k in tiles], part)
     whole, places = _gather(job, len(tiles), warn)
     wanted = _wanted(job, places)
-    last = _passes(job, whole, Pass(0, plan.boxes, []), places, wanted, each, work, warn)
-    part = work.part(0.97, 1.0, "Output")
+    passes = _passes(job, whole, Pass(0, plan.boxes, []), places, wanted, each, work, warn)
+    last = passes[-1]
+    if job.parameters["refine"]:
+        last = _refine(job, whole, passes, each, work)
+    part = work.part(0.98, 1.0, "Output")
     points, faces = write_mesh(job, last, output, force, part)
     return {
         "input_points": job.points,
@@ -141,7 +145,7 @@ def _stages(
         "kept_points": points,
         "kept_faces": faces,
         "tiles": len(tiles),
-        "passes": last.turn + 1,
+        "passes": len(passes),
         "halo": plan.halo,
     }
 
@@ -198,17 +202,17 @@ def _passes(
     job: MeshJob,
     whole: Whole,
     now: Pass,
-    living: int,
+    places: int,
     wanted: int,
     each: Each,
     work: Progress,
     warn: Warn,
-) -> Pass:
-    """Do the passes, and return the last one."""
-    places, begin = living, 0.45
+) -> list[Pass]:
+    """Do the passes, and return them."""
+    passes, begin = [now], 0.45
     while True:
         tiles = range(len(now.boxes))
-        end = begin + 0.6 * (0.95 - begin)
+        end = begin + 0.6 * (0.85 - begin)
         name = f"Pass {now.turn + 1}"
         each(stages.order, [(job, whole, now, k) for k in tiles], work.part(begin, end, name))
         final = now.alone or now.turn == len(SHARES) - 1
@@ -221,8 +225,21 @@ def _passes(
         calls = [(job, whole, now, where, k) for k in tiles]
         each(stages.cut, calls, work.part(end, end + 0.01, name))
         if final:
-            return now
+            return passes
         now, begin = _next_pass(job, now), end + 0.01
+        passes.append(now)
+
+
+def _refine(
+    job: MeshJob, whole: Whole, passes: list[Pass], each: Each, work: Progress
+) -> Pass:
+    """Refine what the last pass has left."""
+    plan = plan_refinement(job, passes)
+    tiles, calls = range(len(passes[0].boxes)), range(len(plan.now.boxes))
+    part = work.part(0.87, 0.9, "Refinement")
+    each(spill_samples, [(job, whole, plan, k) for k in tiles], part)
+    each(refine, [(job, plan, k) for k in calls], work.part(0.9, 0.98, "Refinement"))
+    return plan.now
 
 
 def _step_for_share(job: MeshJob, now: Pass, share: float) -> int:
@@ -289,11 +306,7 @@ def _next_pass(job: MeshJob, last: Pass) -> Pass:
         piece = Piece.from_arrays(stages.load(job.path(f"left-{last.turn}-{tile}.npz")))
         counts += count_cells(turned(piece.points[piece.owned], turn), low, high)
     boxes = plan_boxes(counts, low, high, job.most)
-    sources = [
-        [k for k in tiles if (ends[k][0] <= box[1]).all() and (ends[k][1] >= box[0]).all()]
-        for box in boxes
-    ]
-    return Pass(turn, boxes, sources)
+    return Pass(turn, boxes, last.reached_by(job, boxes))
 
 
 def _ends(job: MeshJob, last: Pass, tile: int) -> tuple[Any, Any, int]:

@@ -147,12 +147,21 @@ def statistics_of(job: MeshJob, tile: int) -> Statistics:
     return Statistics(int(found["points"]), found["saliency"], found["faces"], found["areas"])
 
 
+def tile_of(job: MeshJob, tile: int) -> MeshTile:
+    """Return a tile of the first pass."""
+    found: dict[str, Any] = load(job.path(f"tile-{tile}.npz"))
+    return MeshTile(**(found | {"backs": int(found["backs"])}))
+
+
 def piece_of(job: MeshJob, whole: Whole, now: Pass, tile: int) -> Piece:
     """Return a tile as a pass begins with it."""
     if now.turn == 0:
-        found = load(job.path(f"tile-{tile}.npz"))
-        found["backs"] = int(found["backs"])  # type: ignore[assignment]
-        return start_piece(MeshTile(**found), whole, parameters_of(job))  # type: ignore[arg-type]
+        return start_piece(tile_of(job, tile), whole, parameters_of(job))
+    return joined(job, now, tile)
+
+
+def joined(job: MeshJob, now: Pass, tile: int) -> Piece:
+    """Return a tile of what the last pass has left."""
     parts = []
     for number in now.sources[tile]:
         part = Piece.from_arrays(load(job.path(f"left-{now.turn - 1}-{number}.npz")))
@@ -198,7 +207,11 @@ def cut(job: MeshJob, whole: Whole, now: Pass, where: Any, tile: int) -> None:
         kept = found["step"] > where
     else:
         kept = kept_points(where, found["step"], found["cost"], found["number"])
-    left = cut_piece(piece, sources_of(found["parent"], kept))
+    source = sources_of(found["parent"], kept)
+    mine = piece.owned
+    sources = np.stack([piece.number[mine], piece.number[source[mine]]])
+    save(job.path(f"source-{now.turn}-{tile}.npz"), sources=sources)
+    left = cut_piece(piece, source)
     points = turned(left.points, now.turn + 1)
     low, high = points.min(axis=0, initial=np.inf), points.max(axis=0, initial=-np.inf)
     save(path, low=low, high=high, count=left.owned.sum(), **left.arrays())
