@@ -181,8 +181,9 @@ def order(job: MeshJob, whole: Whole, now: Pass, tile: int) -> None:
         piece,
         held_vertices(piece, job.keep_border),
         parameters_of(job),
-        mean_area=None if now.alone else whole.scale.mean_area,
-        keep_topology=job.keep_topology or not now.alone,
+        whole.scale.mean_area,
+        alone=now.alone,
+        keep_topology=job.keep_topology,
     )
     arrays = {"number": piece.number, "owned": piece.owned, "parent": found.parent}
     if now.alone:
