@@ -138,8 +138,10 @@ def simplify(options: argparse.Namespace, progress: Callback | None, warn: Warn)
     )
     warn(f"{output}: by tiles of at most {most:,} points, with {whom}")
     if layout.dropped:
-        warn(f"{options.input[0]}: left out, for tiles carry points and faces only: "
-             f"{', '.join(layout.dropped)}")
+        warn(
+            f"{options.input[0]}: left out, for tiles carry points and faces only: "
+            f"{', '.join(layout.dropped)}"
+        )
     figures = simplify_mesh(
         job,
         output,

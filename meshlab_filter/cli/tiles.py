@@ -34,7 +34,9 @@ ELSEWHERE = ("regions_of_interest", "keep_regions", "interest_weight", "placemen
 
 def add_tile_options(command: argparse.ArgumentParser) -> None:
     """Add the options for scans that are larger than memory."""
-    group = command.add_argument_group("larger than memory: scans (LAS, LAZ, COPC) and meshes (binary PLY)")
+    group = command.add_argument_group(
+        "larger than memory: scans (LAS, LAZ, COPC) and meshes (binary PLY)"
+    )
     group.add_argument(
         "--tiled", action="store_true", help="work tile by tile, even if all fits into memory"
     )

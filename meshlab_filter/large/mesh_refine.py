@@ -74,7 +74,7 @@ def spill_samples(job: MeshJob, whole: Whole, plan: Refinement, tile: int) -> No
     shutil.rmtree(spare, ignore_errors=True)
     spare.mkdir()
     original, parameters = tile_of(job, tile), parameters_of(job)
-    number, root = load(job.path(f"source-0-{tile}.npz"))["sources"]
+    root = load(job.path(f"source-0-{tile}.npz"))["sources"][1]
     for turn, tiles in enumerate(plan.reach[tile], 1):
         parts = [load(job.path(f"source-{turn}-{k}.npz"))["sources"] for k in tiles]
         root = _looked_up(root, np.concatenate(parts, axis=1))

@@ -13,18 +13,22 @@ import numpy as np
 
 import salcore
 from salcore.decimation.targets import count_for
+from salcore.decimation.thresholds import LOWEST
 from salcore.progress import Progress
 from salcore.tiles.merge import Cut, Whole, count_steps, find_cut, find_step, merge_statistics
 from salcore.tiles.pieces import Piece, turned
 from salcore.tiles.plan import CELLS, count_cells, plan_boxes
 
 from ..errors import FileError, Warn, ignore
+from ..io.obj_write import PAIRS
+from ..io.wedges import NUMBERS
 from . import mesh_stages as stages
 from .bins import Plan, typical_spacing
 from .job import planned_size, work_folder
 from .mesh_job import SHARES, MeshJob, Pass
 from .mesh_refine import plan_refinement, refine, spill_samples
 from .mesh_write import write_mesh
+from .ply_blocks import WHOLE
 from .run import PROCESS, Each, _cluster, _pool
 
 POINT = 1500
@@ -118,8 +122,6 @@ def _stages(
     job: MeshJob, output: Path, each: Each, force: bool, work: Progress, warn: Warn
 ) -> dict[str, Any]:
     """Do the stages in their order, and return the figures."""
-    if job.path("spill-0").exists() and _changed(job):
-        raise FileError(f"{job.sources[0].path}: has changed since the run began; begin anew")
     each(stages.measure, [(job,)], work.part(0.0, 0.02, "Counting"))
     plan = _plan(job)
     tiles = range(len(plan.boxes))
@@ -131,14 +133,16 @@ def _stages(
     each(stages.spill, [(job, plan, k) for k in ranges], work.part(0.02, 0.08, "Tiles"))
     part = work.part(0.08, 0.45, "Analysis")
     each(stages.analyse, [(job, plan, k) for k in tiles], part)
-    whole, places = _gather(job, len(tiles), warn)
-    wanted = _wanted(job, places)
+    whole, places, whole_faces = _gather(job, len(tiles), warn)
+    wanted = _wanted(job, places, whole_faces)
     passes = _passes(job, whole, Pass(0, plan.boxes, []), places, wanted, each, work, warn)
     last = passes[-1]
     if job.parameters["refine"]:
         last = _refine(job, whole, passes, each, work)
     part = work.part(0.98, 1.0, "Output")
     points, faces = write_mesh(job, last, output, force, part)
+    if job.target == "faces" and faces != job.value:
+        warn(f"faces={job.value:g}: {faces} faces are kept")
     return {
         "input_points": job.points,
         "input_faces": job.layout.faces.count,
@@ -148,11 +152,6 @@ def _stages(
         "passes": len(passes),
         "halo": plan.halo,
     }
-
-
-def _changed(job: MeshJob) -> bool:
-    """Return whether the file is not as long as it was."""
-    return Path(job.sources[0].path).stat().st_size != job.sources[0].size
 
 
 def _plan(job: MeshJob) -> Plan:
@@ -165,8 +164,8 @@ def _plan(job: MeshJob) -> Plan:
     return Plan(low, high, boxes, HALO * typical_spacing(counts, low, high))
 
 
-def _gather(job: MeshJob, tiles: int, warn: Warn) -> tuple[Whole, int]:
-    """Return what the tiles must know of the whole, and how many places faces use."""
+def _gather(job: MeshJob, tiles: int, warn: Warn) -> tuple[Whole, int, int]:
+    """Return what the tiles must know of the whole, and the numbers of places and of faces."""
     total, copies, backs = stages.statistics_of(job, 0), [], 0
     for tile in range(tiles):  # one at a time: those of a thousand take gigabytes
         if tile:
@@ -182,20 +181,35 @@ def _gather(job: MeshJob, tiles: int, warn: Warn) -> tuple[Whole, int]:
     if left:
         warn(f"{path}: {left:,} points that no face uses are left out")
     if both.shape[1]:
+        columns = set(job.layout.vertices.dtype.names or ())
+        if any(set(pair) <= columns for pair in PAIRS):
+            raise FileError(
+                f"{path}: {both.shape[1]:,} points equal others, for its texture has seams, which "
+                f"tiles do not carry; {WHOLE}"
+            )
         warn(
-            f"{path}: {both.shape[1]:,} points equal others; of each place the values of one are "
-            "kept, so that seams of texture or colour do not stay"
+            f"{path}: {both.shape[1]:,} points equal others; of each place the values of one point "
+            "are kept"
         )
+    materials = [name for name in NUMBERS if name in (job.layout.faces.dtype.names or ())]
+    if materials:
+        warn(f"{path}: the borders of {', '.join(materials)} do not stay as lines")
     if backs:
         warn(f"{path}: {backs:,} faces are the backs of others and are left out")
     if not total.points:
         raise FileError(f"{path}: has no faces with three different, finite corners")
-    return merge_statistics([total]), total.points
+    return merge_statistics([total]), total.points, int(total.faces.sum())
 
 
-def _wanted(job: MeshJob, places: int) -> int:
-    """Return the number of points to keep."""
-    return count_for(job.target, job.value, places, 0)
+def _wanted(job: MeshJob, places: int, faces: int) -> int:
+    """Return the number of points to keep; about that for a target in faces."""
+    if job.target != "faces":
+        return count_for(job.target, job.value, places, 0)
+    if job.value > faces:
+        raise salcore.ParameterError(
+            f"faces={job.value:g}: there are {faces} valid faces; give at most so many"
+        )
+    return max(round(places * job.value / faces), 1)
 
 
 def _passes(
@@ -230,9 +244,7 @@ def _passes(
         passes.append(now)
 
 
-def _refine(
-    job: MeshJob, whole: Whole, passes: list[Pass], each: Each, work: Progress
-) -> Pass:
+def _refine(job: MeshJob, whole: Whole, passes: list[Pass], each: Each, work: Progress) -> Pass:
     """Refine what the last pass has left."""
     plan = plan_refinement(job, passes)
     tiles, calls = range(len(passes[0].boxes)), range(len(plan.now.boxes))
@@ -270,6 +282,8 @@ def _finish(job: MeshJob, now: Pass, wanted: int, warn: Warn) -> Cut | int:
     asked = f"{job.target}={job.value:g}"
     if now.alone:
         found = stages.load(job.path(f"order-{now.turn}-0.npz"))
+        if job.target == "faces":
+            wanted = int(found["count"])
         least = int(found["least"]) if job.keep_topology else 1
         if wanted < least:
             warn(f"{asked}: that is {wanted} points, but keep_topology keeps {least}")
@@ -278,19 +292,53 @@ def _finish(job: MeshJob, now: Pass, wanted: int, warn: Warn) -> Cut | int:
         if kept < count:
             warn(f"{asked}: {kept} points are kept; parts go whole")
         return count
-    rows = []
     counts = _count_steps(job, now)
-    step, keep = find_step(counts, wanted)
+    if job.target == "faces":
+        wanted = _count_for_faces(job, now, counts)
     if wanted <= counts[-1]:
         raise salcore.ParameterError(
             f"{asked}: that is {wanted} points, but by tiles {counts[-1]} have to stay, for parts, "
             "holes and handles do not go; give more, or more --memory"
         )
+    step, keep = find_step(counts, wanted)
+    rows = _rows_at(job, now, step)
+    return find_cut(step, keep, [row[0] for row in rows], [row[1] for row in rows])
+
+
+def _rows_at(job: MeshJob, now: Pass, step: int) -> list[tuple[Any, Any, Any]]:
+    """Return costs and numbers of the vertices that go at a step, and how many faces with each."""
+    rows = []
     for tile in range(len(now.boxes)):
         found = stages.load(job.path(f"order-{now.turn}-{tile}.npz"))
         chosen = found["owned"] & (found["step"] == step)
-        rows.append((found["cost"][chosen], found["number"][chosen]))
-    return find_cut(step, keep, [row[0] for row in rows], [row[1] for row in rows])
+        rows.append((found["cost"][chosen], found["number"][chosen], found["falling"][chosen]))
+    return rows
+
+
+def _count_for_faces(job: MeshJob, now: Pass, counts: Any) -> int:
+    """Return the most points that leave no more faces than are wanted.
+
+    Each vertex takes one face with it on a border and two elsewhere, for the topology stays.
+    """
+    falling, faces = np.zeros(len(counts), dtype=np.int64), 0
+    for tile in range(len(now.boxes)):
+        found = stages.load(job.path(f"order-{now.turn}-{tile}.npz"))
+        owned = found["owned"]
+        falling += np.bincount(
+            found["step"][owned] - LOWEST, found["falling"][owned], len(counts)
+        ).astype(np.int64)
+        faces += int(found["faces"])
+    surplus, gone = faces - int(job.value), np.cumsum(falling)
+    if surplus <= 0:
+        return int(counts.sum())
+    place = min(int(np.searchsorted(gone, surplus)), len(counts) - 1)
+    cost, number, each = (
+        np.concatenate(c) for c in zip(*_rows_at(job, now, place + LOWEST), strict=True)
+    )
+    order = np.lexsort((-number, cost))  # in which they go
+    within = surplus - int(gone[place] - falling[place])
+    last = min(int(np.searchsorted(np.cumsum(each[order]), within)) + 1, len(order))
+    return int(counts[place:].sum()) - last
 
 
 def _next_pass(job: MeshJob, last: Pass) -> Pass:

@@ -18,6 +18,8 @@ from salcore.tiles.merge import Statistics, Whole, kept_points
 from salcore.tiles.mesh import (
     MeshTile,
     analyse_mesh_tile,
+    count_for_piece,
+    falling_faces,
     order_piece,
     sources_of,
     start_piece,
@@ -186,10 +188,13 @@ def order(job: MeshJob, whole: Whole, now: Pass, tile: int) -> None:
         keep_topology=job.keep_topology,
     )
     arrays = {"number": piece.number, "owned": piece.owned, "parent": found.parent}
-    if now.alone:
-        save(path, rank=found.rank, least=found.topology_count, **arrays)
-    else:
-        save(path, step=found.step, cost=found.cost, **arrays)
+    if not now.alone:
+        falling, faces = falling_faces(piece), piece.own_faces().sum()
+        save(path, step=found.step, cost=found.cost, falling=falling, faces=faces, **arrays)
+        return
+    if job.target == "faces":
+        arrays["count"] = np.array(count_for_piece(piece, found, int(job.value)))
+    save(path, rank=found.rank, least=found.topology_count, **arrays)
 
 
 def cut(job: MeshJob, whole: Whole, now: Pass, where: Any, tile: int) -> None:

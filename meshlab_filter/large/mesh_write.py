@@ -14,7 +14,7 @@ from salcore.progress import Progress
 from ..io.staging import publish, staging
 from .mesh_job import MeshJob, Pass
 from .mesh_stages import load
-from .ply_blocks import BLOCK, blocks, rows
+from .ply_blocks import blocks, rows
 
 
 def write_mesh(
@@ -55,8 +55,10 @@ def _write_faces(
     """Write the faces of a tile in the order of the input, with the values of theirs there."""
     layout = job.layout
     place = np.searchsorted(numbers, found["number"])
-    for start in range(0, len(found["faces"]), BLOCK):
-        number = found["face_number"][start : start + BLOCK]
-        table = np.array(rows(layout, layout.faces)[number])
-        table[layout.corners] = place[found["faces"][start : start + BLOCK]]
-        file.write(table.tobytes())
+    for start, stop in blocks(layout.faces):
+        first, end = np.searchsorted(found["face_number"], [start, stop])
+        if first < end:
+            block = rows(layout, layout.faces, start, stop)
+            table = block[found["face_number"][first:end] - start]
+            table[layout.corners] = place[found["faces"][first:end]]
+            file.write(table.tobytes())

@@ -62,47 +62,59 @@ def look_at_mesh(path: Path) -> tuple[Source, Layout]:
     header = read_header(path)
     if header.text:
         raise FileError(f"{path}: tiles are read from binary files only; convert it, or {WHOLE}")
-    tables, offset, lines, corners = {}, header.size, [], ""
-    form = "binary_big_endian" if header.order == ">" else "binary_little_endian"
+    tables, offset, lines, corners, dropped = {}, header.size, [], "", []
     for element, count in zip(header.elements, header.counts, strict=True):
-        fields: list[Any] = []
-        for p in element.properties:
-            if not isinstance(p, PlyListProperty):
-                fields.append((p.name, p.dtype(header.order)))
-                continue
-            if element.name != "face" or p.name not in FACE_LISTS or corners:
-                if {"vertex", "face"} <= tables.keys():
-                    break  # what follows is not read
-                raise FileError(
-                    f"{path}: lists such as {p.name!r} of {element.name} are not carried by "
-                    f"tiles; {WHOLE}"
-                )
-            corners = p.name
-            number, value = p.list_dtype(header.order)
-            fields += [(f"{p.name} count", number), (p.name, value, (3,))]
+        if {"vertex", "face"} <= tables.keys():
+            dropped.append(element.name)  # what follows is not read
+            continue
+        fields, lists = _fields(element, header.order, path)
         table = Table(offset, np.dtype(fields), count)
         offset += table.dtype.itemsize * count
-        tables[element.name] = table
+        tables[element.name], corners = table, lists or corners
         if element.name in ("vertex", "face"):
             lines += [f"element {element.name} {{{element.name}}}"]
-            lines += [str(p).replace("{", "{{").replace("}", "}}") for p in element.properties]
+            lines += [_escaped(str(p)) for p in element.properties]
+        else:
+            dropped.append(element.name)
     vertices, faces = tables.get("vertex"), tables.get("face")
     if vertices is None or faces is None or not set(XYZ) <= set(vertices.dtype.names or ()):
         raise FileError(f"{path}: holds no points and faces that tiles could be cut from")
     if not corners:
         raise FileError(f"{path}: its faces have no corners ({' or '.join(FACE_LISTS)})")
     status = path.stat()
-    for table in (vertices, faces):
-        end = table.offset + table.count * table.dtype.itemsize
-        if status.st_size < end:
-            raise FileError(f"{path}: is cut short, to {status.st_size} of at least {end} bytes")
-    comments = [line.replace("{", "{{").replace("}", "}}") for line in header.comments]
+    least = max(table.offset + table.count * table.dtype.itemsize for table in (vertices, faces))
+    if status.st_size < least:
+        raise FileError(f"{path}: is cut short, to {status.st_size} of at least {least} bytes")
+    form = "binary_big_endian" if header.order == ">" else "binary_little_endian"
+    comments = [_escaped(line) for line in header.comments]
     head = "\n".join(["ply", f"format {form} 1.0", *comments, *lines, "end_header", ""])
-    source = Source(
-        str(path.resolve()), status.st_size, status.st_mtime_ns, vertices.count, 0, (), ()
-    )
-    dropped = tuple(name for name in tables if name not in ("vertex", "face"))
-    return source, Layout(str(path.resolve()), vertices, faces, corners, head, dropped)
+    name, size, changed = str(path.resolve()), status.st_size, status.st_mtime_ns
+    source = Source(name, size, changed, vertices.count, 0, (), ())
+    return source, Layout(name, vertices, faces, corners, head, tuple(dropped))
+
+
+def _fields(element: Any, order: str, path: Path) -> tuple[list[Any], str]:
+    """Return the fields of an element whose rows are of one size, and its list of corners."""
+    fields: list[Any] = []
+    corners = ""
+    for p in element.properties:
+        if not isinstance(p, PlyListProperty):
+            fields.append((p.name, p.dtype(order)))
+            continue
+        if element.name != "face" or p.name not in FACE_LISTS or corners:
+            raise FileError(
+                f"{path}: lists such as {p.name!r} of {element.name} are not carried by tiles; "
+                f"{WHOLE}"
+            )
+        corners = p.name
+        number, value = p.list_dtype(order)
+        fields += [(f"{p.name} count", number), (p.name, value, (3,))]
+    return fields, corners
+
+
+def _escaped(line: str) -> str:
+    """Return a line of a header that `str.format` leaves as it is."""
+    return line.replace("{", "{{").replace("}", "}}")
 
 
 def rows(layout: Layout, table: Table, start: int = 0, stop: int | None = None) -> NDArray[Any]:

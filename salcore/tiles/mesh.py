@@ -19,12 +19,13 @@ from ..arrays.edges import find_edges
 from ..arrays.types import Floats, Indices, Ints, Mask
 from ..arrays.vectors import dot, face_normals
 from ..decimation.costs import FLAT_EVENNESS, Costs, Weights
-from ..decimation.cut import last_ancestors
+from ..decimation.cut import cut_faces, last_ancestors
 from ..decimation.half_edges import HalfEdges
 from ..decimation.order import Elimination, number_vertices, run_rounds
 from ..decimation.parts import Parts
 from ..decimation.quadrics import monomials, vertex_quadrics
 from ..decimation.rounds import State
+from ..decimation.targets import count_for_faces
 from ..decimation.thresholds import Thresholds, first_step
 from ..input.geometry import clean
 from ..method.frames import build_frames
@@ -253,6 +254,29 @@ def order_piece(
         del edges
         run_rounds(state, progress)
         return number_vertices(state)
+
+
+def falling_faces(piece: Piece) -> NDArray[np.uint8]:
+    """Return how many faces go with each vertex (n,) as long as the topology stays.
+
+    One on a border, two elsewhere.
+    """
+    edges = find_edges(piece.faces, len(piece.number))
+    single = edges.uses == 1
+    result = np.full(len(piece.number), 2, dtype=np.uint8)
+    result[edges.low[single]] = result[edges.high[single]] = 1
+    return result
+
+
+def count_for_piece(piece: Piece, elimination: Elimination, faces: int) -> int:
+    """Return the most vertices of a piece that is alone which leave no more faces than these."""
+    corners = piece.faces.astype(np.intp)
+
+    def measure(count: int) -> int:
+        source = sources_of(elimination.parent, elimination.rank < count)
+        return len(cut_faces(corners, source)[1])
+
+    return max(count_for_faces(faces, measure, len(piece.number)), 1)
 
 
 def sources_of(parent: Indices, kept: Mask) -> Indices:

@@ -85,7 +85,9 @@ def sample_tile(tile: MeshTile, factor: Floats, root: Numbers) -> tuple[TileSamp
     for corner in tile.faces.T:
         area += np.bincount(corner, size, count)
     gone = np.flatnonzero(tile.owned & (root != tile.number))
-    mine = first_corner_owned(points, tile.faces, tile.owned) & (tile.face_number % MIDDLE_STEP == 0)
+    mine = first_corner_owned(points, tile.faces, tile.owned) & (
+        tile.face_number % MIDDLE_STEP == 0
+    )
     faces = tile.faces[mine]
     # One of the corners is in the core: near what stands for it the nearest face is sought.
     near = faces[np.arange(len(faces)), tile.owned[faces].argmax(axis=1)]
@@ -93,9 +95,7 @@ def sample_tile(tile: MeshTile, factor: Floats, root: Numbers) -> tuple[TileSamp
     samples = TileSamples(
         np.concatenate([points[gone], sum(points[corner] for corner in faces.T) / 3.0]),
         np.concatenate([np.zeros((len(gone), 3)), unit(double[mine])]),
-        np.concatenate(
-            [(1.0 - MIDDLES) * (area * factor)[gone], MIDDLES * MIDDLE_STEP * weights]
-        ),
+        np.concatenate([(1.0 - MIDDLES) * (area * factor)[gone], MIDDLES * MIDDLE_STEP * weights]),
         np.concatenate([root[gone], root[near]]),
     )
     return samples, np.concatenate([gone, near])
@@ -122,9 +122,7 @@ def refine_piece(
     """
     count, faces = len(piece.number), piece.faces.astype(np.intp)
     mixed = ~piece.owned[faces].all(axis=1)
-    fixed = [
-        edge_key(faces[mixed, k], faces[mixed, (k + 1) % 3], count) for k in range(3)
-    ]
+    fixed = [edge_key(faces[mixed, k], faces[mixed, (k + 1) % 3], count) for k in range(3)]
     used = np.zeros(count, dtype=bool)
     used[faces[~mixed]] = True
     owner = np.minimum(np.searchsorted(piece.number, samples.root), max(count - 1, 0))

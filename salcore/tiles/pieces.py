@@ -27,9 +27,9 @@ from ..decimation.quadrics import monomials
 from .plan import within
 
 TURN, AXIS = 0.65, (1.0, 2.0, 3.0)
-"""Angle and axis by which the boxes of each pass are turned against those of the last: what was held
-along their sides lies inside, but for a few places where sides of two passes cross on the surface;
-these lie inside in the pass after that."""
+"""Angle and axis by which the boxes of each pass are turned against those of the last. What was
+held along the sides of these lies inside, but for the few places where sides of two passes cross on
+the surface, which lie inside in the pass after that."""
 Numbers = NDArray[np.int64]
 
 
@@ -201,15 +201,11 @@ def join_parts(parts: Sequence[Piece], turn: int, box: Floats) -> Piece:
     chosen = order[first]
     start = np.cumsum([0, *(len(part.number) for part in parts)])
     faces = [place[part.faces + at] for part, at in zip(parts, start[:-1], strict=True)]
-    rows = {
-        name: np.concatenate([getattr(part, name) for part in parts])[chosen] for name in ROWS
-    }
+    rows = {name: np.concatenate([getattr(part, name) for part in parts])[chosen] for name in ROWS}
     rows["owned"] = within(turned(rows["points"], turn), box)
     face_number = np.concatenate([part.face_number for part in parts])
     in_order = np.argsort(face_number, kind="stable")
-    return Piece(
-        faces=np.concatenate(faces)[in_order], face_number=face_number[in_order], **rows
-    )
+    return Piece(faces=np.concatenate(faces)[in_order], face_number=face_number[in_order], **rows)
 
 
 def turned(points: Floats, turn: int) -> Floats:
