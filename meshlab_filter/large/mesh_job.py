@@ -13,10 +13,14 @@ from .ply_blocks import Layout
 
 FACES = 4_000_000
 """Faces that one task spills."""
-SHARES = (2 / 3, 1.05, 1.0)
+SHARES = (2 / 3, 1.05, 1.01, 1.0)
 """What the passes leave: the first the ratio to the power of this, so that each has a like share of
-the work; the second so many times the points that are wanted; the third these. A pass whose mesh
-fits into one tile is the last."""
+the work; the others so many times the points that are wanted, less and less, for the borders of the
+last stay as they are. A pass whose mesh fits into one tile is the last."""
+ROOM = 1.5
+"""What a further pass leaves if that fits into one tile, and the next pass is the last: there the
+borders of this one become like all else."""
+
 
 
 @dataclass(frozen=True)
@@ -44,7 +48,7 @@ class MeshJob(Job):
 
     def face_ranges(self) -> list[tuple[int, int]]:
         """Return the bounds of the faces that tasks spill."""
-        total = self.layout.faces.count
+        total = self.layout.faces.length
         return [(start, min(start + FACES, total)) for start in range(0, total, FACES)]
 
 

@@ -25,7 +25,7 @@ from ..io.wedges import NUMBERS
 from . import mesh_stages as stages
 from .bins import Plan, typical_spacing
 from .job import planned_size, work_folder
-from .mesh_job import SHARES, MeshJob, Pass
+from .mesh_job import ROOM, SHARES, MeshJob, Pass
 from .mesh_refine import plan_refinement, refine, spill_samples
 from .mesh_write import write_mesh
 from .ply_blocks import WHOLE
@@ -126,7 +126,7 @@ def _stages(
     plan = _plan(job)
     tiles = range(len(plan.boxes))
     warn(
-        f"{job.points:,} points and {job.layout.faces.count:,} faces in {len(tiles)} tiles; if "
+        f"{job.points:,} points and {job.layout.faces.length:,} faces in {len(tiles)} tiles; if "
         f"interrupted, go on with --resume {job.folder}"
     )
     ranges = range(len(job.face_ranges()))
@@ -145,7 +145,7 @@ def _stages(
         warn(f"faces={job.value:g}: {faces} faces are kept")
     return {
         "input_points": job.points,
-        "input_faces": job.layout.faces.count,
+        "input_faces": job.layout.faces.length,
         "kept_points": points,
         "kept_faces": faces,
         "tiles": len(tiles),
@@ -235,7 +235,8 @@ def _passes(
         elif now.turn == 0:
             where = _step_for_share(job, now, (wanted / places) ** SHARES[0])
         else:
-            where = _step_for_count(job, now, math.ceil(SHARES[now.turn] * wanted))
+            factor = ROOM if ROOM * wanted <= job.most else SHARES[now.turn]
+            where = _step_for_count(job, now, math.ceil(factor * wanted))
         calls = [(job, whole, now, where, k) for k in tiles]
         each(stages.cut, calls, work.part(end, end + 0.01, name))
         if final:

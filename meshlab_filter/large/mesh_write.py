@@ -41,7 +41,7 @@ def write_mesh(
                 first, end = np.searchsorted(numbers, [start, stop])
                 block = rows(layout, layout.vertices, start, stop)
                 file.write(block[numbers[first:end] - start].tobytes())
-                progress(0.5 * start / layout.vertices.count)
+                progress(0.5 * start / layout.vertices.length)
             for done, path in enumerate(paths):
                 _write_faces(job, load(path), numbers, file)
                 progress(0.5 + 0.5 * done / len(paths))

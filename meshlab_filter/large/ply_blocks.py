@@ -25,7 +25,7 @@ class Table(NamedTuple):
 
     offset: int
     dtype: np.dtype[Any]
-    count: int
+    length: int
 
 
 class Layout(NamedTuple):
@@ -62,7 +62,10 @@ def look_at_mesh(path: Path) -> tuple[Source, Layout]:
     header = read_header(path)
     if header.text:
         raise FileError(f"{path}: tiles are read from binary files only; convert it, or {WHOLE}")
-    tables, offset, lines, corners, dropped = {}, header.size, [], "", []
+    tables: dict[str, Table] = {}
+    offset, corners = header.size, ""
+    lines: list[str] = []
+    dropped: list[str] = []
     for element, count in zip(header.elements, header.counts, strict=True):
         if {"vertex", "face"} <= tables.keys():
             dropped.append(element.name)  # what follows is not read
@@ -82,14 +85,14 @@ def look_at_mesh(path: Path) -> tuple[Source, Layout]:
     if not corners:
         raise FileError(f"{path}: its faces have no corners ({' or '.join(FACE_LISTS)})")
     status = path.stat()
-    least = max(table.offset + table.count * table.dtype.itemsize for table in (vertices, faces))
+    least = max(table.offset + table.length * table.dtype.itemsize for table in (vertices, faces))
     if status.st_size < least:
         raise FileError(f"{path}: is cut short, to {status.st_size} of at least {least} bytes")
     form = "binary_big_endian" if header.order == ">" else "binary_little_endian"
     comments = [_escaped(line) for line in header.comments]
     head = "\n".join(["ply", f"format {form} 1.0", *comments, *lines, "end_header", ""])
     name, size, changed = str(path.resolve()), status.st_size, status.st_mtime_ns
-    source = Source(name, size, changed, vertices.count, 0, (), ())
+    source = Source(name, size, changed, vertices.length, 0, (), ())
     return source, Layout(name, vertices, faces, corners, head, tuple(dropped))
 
 
@@ -119,7 +122,7 @@ def _escaped(line: str) -> str:
 
 def rows(layout: Layout, table: Table, start: int = 0, stop: int | None = None) -> NDArray[Any]:
     """Return rows of a table; they are read when they are looked at, and let go with the array."""
-    stop = table.count if stop is None else min(stop, table.count)
+    stop = table.length if stop is None else min(stop, table.length)
     if stop <= start:
         return np.empty(0, dtype=table.dtype)
     offset = table.offset + start * table.dtype.itemsize
@@ -128,7 +131,7 @@ def rows(layout: Layout, table: Table, start: int = 0, stop: int | None = None) 
 
 def blocks(table: Table) -> list[tuple[int, int]]:
     """Return the bounds of blocks of rows."""
-    return [(start, start + BLOCK) for start in range(0, table.count, BLOCK)]
+    return [(start, start + BLOCK) for start in range(0, table.length, BLOCK)]
 
 
 def coordinates(points: NDArray[Any], chosen: Any = slice(None)) -> NDArray[np.float64]:
@@ -163,9 +166,9 @@ def read_corners(layout: Layout, start: int, stop: int) -> NDArray[np.int64]:
             f"triangles, or {WHOLE}"
         )
     corners = block[layout.corners].astype(np.int64)
-    if corners.min(initial=0) < 0 or corners.max(initial=0) >= layout.vertices.count:
+    if corners.min(initial=0) < 0 or corners.max(initial=0) >= layout.vertices.length:
         raise FileError(
-            f"{layout.path}: a face refers to a point outside 0 to {layout.vertices.count - 1}; "
+            f"{layout.path}: a face refers to a point outside 0 to {layout.vertices.length - 1}; "
             "the file is damaged"
         )
     return corners
