@@ -66,8 +66,8 @@ def fit_positions(
         Of the original.
     source : (n,) intp
         Kept vertex that stands for each vertex of the original.
-    held : (n,) bool
-        Vertices that do not move.
+    held : (n,) bool or (n, 3) bool
+        Vertices that do not move, or coordinates of them.
     progress : Progress, optional
 
     Notes
@@ -151,7 +151,9 @@ class _Squares:
     pull : (3, u) float64
         Half the downward gradient where nothing moves.
     stay : (u,) float64
-        Weight of staying; infinite for vertices that are held.
+        Weight of staying.
+    free : (u,) bool or (3, u) bool
+        What is not held.
     diagonal : (u,) float64
         Of the matrix without `stay`, roughly.
     """
@@ -166,6 +168,7 @@ class _Squares:
     smooth: Floats
     pull: Floats
     stay: Floats
+    free: Mask
     diagonal: Floats
 
     @classmethod
@@ -217,17 +220,15 @@ class _Squares:
             own = across[i, i] + both[i, i] + smooth[i, i]
             diagonal += np.bincount(corner, own, len(used))
         stay = damping[used] * (diagonal + 0.1 * diagonal.mean()) + np.finfo(np.float64).tiny
-        stay[held[used]] = np.inf
         return cls(
             used, len(positions), corners, normals, means, across, both, smooth, pull, stay,
-            diagonal,
+            ~held[used].T, diagonal,
         )  # fmt: skip
 
     def least(self) -> Floats:
         """Return the moves (count, 3) of all vertices that make the sum least."""
         size = 3 * len(self.used)
-        free = np.isfinite(self.stay)
-        stay = np.where(free, self.stay, 1.0)
+        free, stay = self.free, self.stay
         scale = np.tile(1.0 / (self.diagonal + stay), 3)
 
         def multiply(flat: Floats) -> Floats:

@@ -33,6 +33,25 @@ processor's cache in any order."""
 
 
 @dataclass(frozen=True, eq=False)
+class Plane:
+    """The plane of symmetry at which a half of a geometry ends.
+
+    Attributes
+    ----------
+    on_plane : (n,) bool
+        Vertices on it.
+    axis : int
+        It is where this coordinate is constant.
+    at : float
+        The coordinate, of the clean points.
+    """
+
+    on_plane: Mask
+    axis: int
+    at: float
+
+
+@dataclass(frozen=True, eq=False)
 class Geometry:
     """Clean geometry.
 
@@ -69,6 +88,8 @@ class Geometry:
         The input's points as they are, for positions that must not be rounded.
     backs : Backs or None
         Faces that are others turned over, which are not among `faces`.
+    plane : Plane or None
+        Where this is one half of a symmetrical whole: where it ends, without ending there.
     """
 
     points: Floats
@@ -85,6 +106,7 @@ class Geometry:
     corner_points: Indices | None = None
     given_faces: int = 0
     backs: Backs | None = None
+    plane: Plane | None = None
 
     @property
     def input_count(self) -> int:
