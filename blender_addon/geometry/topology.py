@@ -294,24 +294,30 @@ def _polygons(mesh: MeshArrays, result: Simplification) -> tuple[Ints, Ints, Int
     """
     if result.faces is None or result.face_source is None or not len(result.faces):
         return (np.empty(0, dtype=np.int64),) * 5
-    old_vertices, polygon_of, origin = mesh.faces, mesh.polygons, result.face_source
+    polygon_of, origin = mesh.polygons, result.face_source
     first, size = mesh.first.astype(np.int64), mesh.sizes
-    unchanged = (result.indices[result.faces] == old_vertices[origin]).all(axis=1)
-    left = np.bincount(polygon_of[origin[unchanged]], minlength=len(size))
+    # A triangle lies in a polygon, divided as it was or otherwise, whose corners it has.
+    assert result.corner_origin is not None
+    here = mesh.corners.ravel()[result.corner_origin]
+    of_corners = polygon_of[result.corner_origin // 3]
+    unchanged = (result.indices[result.faces] == mesh.vertices[here]).all(axis=1)
+    unchanged &= (of_corners == of_corners[:, :1]).all(axis=1)
+    polygon = np.where(unchanged, of_corners[:, 0], polygon_of[origin])
+    left = np.bincount(polygon[unchanged], minlength=len(size))
     whole = left == size - 2
-    rest = np.flatnonzero(~whole[polygon_of[origin]])
+    rest = np.flatnonzero(~(unchanged & whole[polygon]))
     source = _corner_source(mesh, result)[rest]
     place = np.full(len(result.source), -1, dtype=np.int64)
     place[result.indices] = np.arange(len(result.indices))
     intact = np.flatnonzero(whole)
     whole_corners = _ranges(first[intact], size[intact])
-    polygons = np.concatenate([intact, polygon_of[origin[rest]]])
+    polygons = np.concatenate([intact, polygon[rest]])
     sizes = np.concatenate([size[intact], np.full(len(rest), 3)])
     vertices = np.concatenate([place[mesh.vertices[whole_corners]], result.faces[rest].ravel()])
     corners = np.concatenate([whole_corners, mesh.corners.ravel()[source.ravel()]])
     of_triangle = np.arange(result.faces.size).reshape(-1, 3)
     there = np.zeros(len(mesh.vertices), dtype=np.int64)
-    there[mesh.corners[origin[unchanged]]] = of_triangle[unchanged]
+    there[here[unchanged]] = of_triangle[unchanged]
     of_triangles = np.concatenate([there[whole_corners], of_triangle[rest].ravel()])
     # Polygons keep the order of the original.
     order = np.argsort(polygons, kind="stable")

@@ -63,7 +63,7 @@ class Preview:
             "number": number,
             "original_normals": self.settings.original_normals,
             "draft": True,
-            **sources.geometry_with_mesh(self.sources[number], self.settings),
+            **sources.to_simplify(self.sources[number], self.settings),
         }
 
     def advance(self, context: Any) -> str:
@@ -172,8 +172,7 @@ def _exchange(source: Source, copies: list[Any], result: Reduced) -> None:
     old = copies[0].data
     name = old.name
     data = source.data.copy()
-    matrix = source.object.matrix_world
-    data = rebuild.shrink(data, result, matrix, weighted=source.weighted)
+    data = rebuild.shrink(data, result, source.matrix, weighted=source.weighted)
     for obj in copies:
         obj.data = data
     (bpy.data.meshes if read.is_mesh(old) else bpy.data.pointclouds).remove(old)

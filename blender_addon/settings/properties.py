@@ -155,6 +155,28 @@ def input_annotations(options: set[str]) -> dict[str, Any]:
             description="Which geometry of the object to take",
             options=options,
         ),
+        "symmetry": EnumProperty(
+            items=(
+                ("NONE", "None", "Both sides go their own ways"),
+                *((axis, axis, f"Left and right along the object's {axis}") for axis in "XYZ"),
+            ),
+            name="Symmetry",
+            description="A mesh that is the same on both sides of its origin, along this axis, "
+            "stays so exactly: one half is simplified and mirrored. One that is not is left as it "
+            "is, and the points that differ are counted",
+            options=options,
+        ),
+        "weld": BoolProperty(
+            name="Join Doubles",
+            description="Points that lie exactly on another are joined to it first: a surface "
+            "whose polygons do not hold together becomes one",
+            options=options,
+        ),
+        "remove_loose": BoolProperty(
+            name="Remove Loose",
+            description="Points of a mesh that no polygon and no edge uses are removed first",
+            options=options,
+        ),
         **keep_annotations(options),
     }
 

@@ -191,7 +191,7 @@ def clean(
         )
     kept = np.flatnonzero(finite)
     centred, to_unit, centre = _centre(coordinates[kept], box)
-    welded, first = _weld(centred)
+    welded, first = weld_points(centred)
     number = np.arange(len(first))
     if not len(triangles) and len(first) >= SCATTERED:
         number = cKDTree(centred[first], balanced_tree=False).indices
@@ -286,7 +286,7 @@ def _centre(points: Floats, box: tuple[Floats, Floats] | None) -> tuple[Floats, 
     return centred, float(np.ldexp(1.0, -first - second)), np.ldexp(centre, first)
 
 
-def _weld(points: Floats) -> tuple[Indices, Indices]:
+def weld_points(points: Floats) -> tuple[Indices, Indices]:
     """Return the vertex of each point and the first point of each vertex, in input order."""
     order = np.lexsort(points.T)  # stable: equal points stay in input order
     ordered = points[order]

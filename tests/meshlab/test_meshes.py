@@ -86,7 +86,7 @@ def test_a_symmetrical_mesh_stays_so_or_is_refused(run, tmp_path):
     _, places, _ = read_ply(tmp_path / "o.ply")
     image = np.round(places * [1, -1, 1], 4) + 0.0
     assert {*map(tuple, image)} == {*map(tuple, np.round(places, 4) + 0.0)}
-    crooked = write_ply(tmp_path / "b.ply", rows(points + [0.0, 0.3, 0.0], {}), faces)
+    crooked = write_ply(tmp_path / "b.ply", rows(points + np.array([0.0, 0.3, 0.0]), {}), faces)
     arguments = ["simplify", str(crooked), str(tmp_path / "c.ply"), "--ratio", "0.1"]
     said = run(*arguments, "--symmetry", "y", status=2)
     assert "of 1,800 points have no twin" in said
