@@ -192,14 +192,15 @@ def keep_annotations(options: set[str]) -> dict[str, Any]:
         "protect": StringProperty(
             name="Protect",
             description="Vertex group, or attribute of points or faces, whose points are never "
-            "removed: those of a weight above zero. The sculpt mask is .sculpt_mask",
+            "removed: those of any weight above zero, however small. The sculpt mask is "
+            ".sculpt_mask; .sculpt_face_set are all face sets that were painted, Face Set 3 is one",
             search=_weights,
             options=options,
         ),
         "importance": StringProperty(
             name="Importance",
-            description="Vertex group, or attribute of points or faces, such as one painted: its "
-            "weights say where more points are to stay",
+            description="Vertex group, or attribute of points or faces, such as one painted: it "
+            "works by its strength, more points stay where the weights are larger",
             search=_weights,
             options=options,
         ),
