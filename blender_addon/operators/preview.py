@@ -118,8 +118,9 @@ class Preview:
         else:
             for source, copies, result in zip(self.sources, self.copies, found, strict=True):
                 _exchange(source, copies, result)
+        names = ", ".join(source.object.name for source in self.sources)
         figures.show(
-            title=", ".join(source.object.name for source in self.sources),
+            title=names if self.finishing else f"{names}: a draft, refined by Apply",
             points_before=sum(source.count for source in self.sources),
             points_after=sum(len(result.indices) for result in found),
             faces_before=sum(answer["triangles"] for answer in answers),
@@ -180,7 +181,7 @@ def _exchange(source: Source, copies: list[Any], result: Reduced) -> None:
 
 
 class OBJECT_OT_salient_preview(bpy.types.Operator):
-    """Show a result that follows the target below, until you apply it; Esc removes it"""
+    """Show a draft that follows the target in the panel; Apply refines it, Esc removes it"""
 
     bl_idname = "object.salient_preview"
     bl_label = "Salient Preview"

@@ -133,6 +133,7 @@ class VIEW3D_PT_salient_more(_Panel, bpy.types.Panel):
         column.operator(pick.OBJECT_OT_salient_pick_regions.bl_idname, text="Pick Regions")
         column = self.layout.column()
         column.operator(live.OBJECT_OT_salient_live.bl_idname, text="Live Simplify")
+        column.label(text="Live shows the cut, not refined")
         for name in ("levels_by", "ratios", "arrange"):
             column.prop(settings, name)
         column.operator(levels.OBJECT_OT_salient_levels.bl_idname, text="Levels of Detail")
