@@ -150,22 +150,26 @@ def _match(geometry: Geometry, axis: int, at: float) -> tuple[Indices, Indices, 
     along = points[edges.high] - points[edges.low]
     tolerance = TOLERANCE * float(np.sqrt(dot(along, along)).mean())
     height = points[:, axis] - at
-    side = np.where(np.abs(height) <= tolerance, 0, np.sign(height)).astype(np.intp)
+    low, high = np.flatnonzero(height <= tolerance), np.flatnonzero(height >= -tolerance)
+    side = np.where(height > 0.0, 1, -1)
     twin = np.arange(len(points))
-    ours, theirs = np.flatnonzero(side > 0), np.flatnonzero(side < 0)
-    if not len(ours) or not len(theirs):
-        return twin, side, len(ours) + len(theirs)
-    mirrored = points[theirs].copy()
+    if not len(low) or not len(high):
+        return twin, side, len(points)
+    mirrored = points[low].copy()
     mirrored[:, axis] = 2.0 * at - mirrored[:, axis]
-    _, nearest = cKDTree(points[ours]).query(
+    _, nearest = cKDTree(points[high]).query(
         mirrored, distance_upper_bound=tolerance, workers=worker_count()
     )
-    found = np.flatnonzero(nearest < len(ours))
-    matched = np.bincount(nearest[found], minlength=len(ours)) == 1
-    found = found[matched[nearest[found]]]
-    one, other = ours[nearest[found]], theirs[found]
-    twin[one], twin[other] = other, one
-    return twin, side, len(ours) + len(theirs) - 2 * len(found)
+    other = np.append(high, -1)[nearest]
+    # What lies nearest to its own image is on the plane; of two close to it each has the other.
+    side[low[other == low]] = 0
+    pairs = (other >= 0) & (side[low] < 0)
+    pairs[pairs] = side[other[pairs]] > 0
+    low, other = low[pairs], other[pairs]
+    once = np.bincount(other, minlength=len(points))[other] == 1
+    low, other = low[once], other[once]
+    twin[low], twin[other] = other, low
+    return twin, side, int(np.count_nonzero((twin == np.arange(len(twin))) & (side != 0)))
 
 
 def _match_corners(

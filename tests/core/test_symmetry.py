@@ -238,6 +238,15 @@ def test_regions_and_points_of_interest_are_those_of_the_whole():
     require_symmetrical(points, result)
 
 
+def test_points_close_to_the_plane_are_told_from_points_on_it():
+    points, faces = sheet()
+    near = np.abs(points[:, 0]) == 1
+    points[near, 0] *= 1e-5  # closer than twins may lie apart
+    for ratio in (1.0, 0.5, 0.2):
+        result = salcore.simplify(points, faces, ratio=ratio, symmetry="x")
+        require_symmetrical(points, result)
+
+
 @pytest.mark.parametrize(
     ("change", "said"),
     [
