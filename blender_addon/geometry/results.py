@@ -25,7 +25,7 @@ def require_replaceable(source: Source) -> None:
 def replace(source: Source, result: Reduced) -> list[Any]:
     """Put a result in the place of its source's geometry, and return the objects that show it."""
     old, obj = source.object.data, source.object
-    data = rebuild.shrink(source.data, result, obj.matrix_world, weighted=source.weighted)
+    data = rebuild.shrink(source.data, result, source.matrix, weighted=source.weighted)
     if source.fresh:
         name = old.name
         obj.data = data
@@ -51,7 +51,7 @@ def add(source: Source, result: Reduced, suffix: str, collection: Any = None) ->
     """
     data = source.data.copy()
     data.name = source.object.data.name + suffix
-    data = rebuild.shrink(data, result, source.object.matrix_world, weighted=source.weighted)
+    data = rebuild.shrink(data, result, source.matrix, weighted=source.weighted)
     return [_copy(obj, data, source.fresh, suffix, collection) for obj in source.objects]
 
 

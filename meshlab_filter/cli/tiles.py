@@ -26,7 +26,9 @@ ENDINGS = (".las", ".laz")
 SHARE = 0.5
 """Share of the free memory that is taken unless --memory says how much."""
 UNITS = {"": 1.0, "K": 1e3, "M": 1e6, "G": 1e9, "T": 1e12}
-IN_MEMORY = ("indices", "layer", "columns", "protect_selected", "keep_border", "keep_topology")
+IN_MEMORY = (
+    "indices", "layer", "columns", "protect_selected", "keep_border", "keep_topology", "symmetry",
+)  # fmt: skip
 """Options that need the whole cloud."""
 ELSEWHERE = (
     "regions_of_interest",

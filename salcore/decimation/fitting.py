@@ -68,8 +68,8 @@ def fit_positions(
         Of the original.
     source : (n,) intp
         Kept vertex that stands for each vertex of the original.
-    held : (n,) bool
-        Vertices that do not move.
+    held : (n,) bool or (n, 3) bool
+        Vertices that do not move, or coordinates of them.
     original : ((n, 3) float64, (m, 3) intp)
         Points and faces.
     progress : Progress, optional
@@ -103,7 +103,8 @@ def fit_positions(
         if turn < TURNS - 1:
             flip_edges(mesh, positions, samples, at, ROUNDS_BETWEEN)
     free = np.unique(mesh.faces)
-    near = pull_back(positions, free[~held[free]], _farthest(mesh.faces, at, count), *original)
+    free = free[~held[free].reshape(len(free), -1).any(axis=1)]
+    near = pull_back(positions, free, _farthest(mesh.faces, at, count), *original)
     near = _undo_turned(positions, near, mesh)
     at.renew(samples, near, mesh.faces, _differ(near, positions))
     flip_edges(mesh, near, samples, at, ROUNDS)
@@ -177,7 +178,9 @@ class _Squares:
     pull : (3, u) float64
         Half the downward gradient where nothing moves.
     stay : (u,) float64
-        Weight of staying; infinite for vertices that are held.
+        Weight of staying.
+    free : (u,) bool or (3, u) bool
+        What is not held.
     diagonal : (u,) float64
         Of the matrix without `stay`, roughly.
     """
@@ -192,6 +195,7 @@ class _Squares:
     smooth: Floats
     pull: Floats
     stay: Floats
+    free: Mask
     diagonal: Floats
 
     @classmethod
@@ -243,17 +247,15 @@ class _Squares:
             own = across[i, i] + both[i, i] + smooth[i, i]
             diagonal += np.bincount(corner, own, len(used))
         stay = damping[used] * (diagonal + 0.1 * diagonal.mean()) + np.finfo(np.float64).tiny
-        stay[held[used]] = np.inf
         return cls(
             used, len(positions), corners, normals, means, across, both, smooth, pull, stay,
-            diagonal,
+            ~held[used].T, diagonal,
         )  # fmt: skip
 
     def least(self) -> Floats:
         """Return the moves (count, 3) of all vertices that make the sum least."""
         size = 3 * len(self.used)
-        free = np.isfinite(self.stay)
-        stay = np.where(free, self.stay, 1.0)
+        free, stay = self.free, self.stay
         scale = np.tile(1.0 / (self.diagonal + stay), 3)
 
         def multiply(flat: Floats) -> Floats:
