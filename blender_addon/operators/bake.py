@@ -8,7 +8,8 @@ from typing import Any
 import bpy
 
 from ..geometry import normal_map, sources, unwrap
-from ..geometry.baking import JOB, Outcome, Stage, cage_of
+from ..geometry.bake_child import Task
+from ..geometry.baking import Child, Stage, cage_of
 from ..geometry.read import HostError
 from ..geometry.results import ORIGINAL
 from ..geometry.sources import Source
@@ -25,7 +26,7 @@ class OBJECT_OT_salient_bake(ModalOperator, bpy.types.Operator):
     bl_label = "Salient Bake Normal Map"
     __annotations__ = baking.annotations(SKIP_SAVE)
     _stage: Stage | None = None
-    _outcome: Outcome | None = None
+    _child: Child | None = None
 
     @classmethod
     def poll(cls, context: Any) -> bool:
@@ -37,7 +38,7 @@ class OBJECT_OT_salient_bake(ModalOperator, bpy.types.Operator):
 
     def find(self, context: Any) -> list[Source]:
         """Return the light mesh and its original, with modifiers applied."""
-        self._stage = self._outcome = None
+        self._stage = self._child = None
         self._result = context.active_object
         self._from = find_original(context)
         Source([self._result], self._result.data).require_editable()
@@ -77,8 +78,7 @@ class OBJECT_OT_salient_bake(ModalOperator, bpy.types.Operator):
         if answers:
             largest = max(answers[0][way]["max"] for way in ("surface", "surface_back"))
             self._cage = cage_of(largest, sources.geometry(self._sources[0])["points"])
-        note = self._stage.prepare(self.bake_size, self.bake_unwrap)
-        self.warn(self._sources[0], [note] if note else [])
+        self.warn(self._sources[0], self._stage.prepare(self.bake_size, self.bake_unwrap))
 
     def _step(self, context: Any, wait: bool) -> bool:
         """Measure, and bake or have it begun; return whether nothing remains."""
@@ -87,40 +87,46 @@ class OBJECT_OT_salient_bake(ModalOperator, bpy.types.Operator):
         self._committed = False  # so far nothing would last
         super()._release()  # these meshes have been measured, and hold the materials
         assert self._stage is not None
+        task = Task(self.bake_size, self._cage, self._stage.uv_map)
         if not wait:
-            self._outcome = self._stage.begin(self._cage)
-            self._task.stage = STAGE
-            return False
-        self._stage.bake(self._cage)
-        self._take()
+            try:
+                self._child = self._stage.begin(task)
+                self._task.stage, self._task.fraction = STAGE, 0.0
+                return False
+            except OSError as error:
+                text = f"Blender waited for the bake, as no other process could be started: {error}"
+                self._warnings.append(text)
+        self._take(self._stage.bake(task))
         return True
 
     def modal(self, context: Any, event: Any) -> set[str]:
-        """Wait for the measuring, and then for the bake, which Blender itself stops at Esc."""
-        if self._outcome is None:
+        """Wait for the measuring, and then for the process that bakes; Esc ends it."""
+        if self._child is None:
             return super().modal(context, event)
+        if event.type == "ESC" and event.value == "PRESS":
+            self._end(context)
+            self.report({"INFO"}, "Cancelled: nothing was changed")
+            return {"CANCELLED"}
         if event.type != "TIMER":
             return {"PASS_THROUGH"} if event.type in NAVIGATION else {"RUNNING_MODAL"}
-        if not self._outcome.over():
+        if not self._child.over():
             return {"RUNNING_MODAL"}
         try:
-            if not self._outcome.cancelled:
-                self._take()
+            self._take(self._child.take())
         except HostError as error:
             self._end(context)
             return self._fail(context, error)
         self._end(context)
-        if self._outcome.cancelled:
-            self.report({"INFO"}, "Cancelled: nothing was changed")
-            return {"CANCELLED"}
         self._finish(context)
         return {"FINISHED"}
 
-    def _take(self) -> None:
+    def _take(self, image: Any) -> None:
         """Give the light mesh its UV map, and its materials the normal map."""
         stage = self._stage
         assert stage is not None
-        image = stage.take_image(f"{self._result.name} normals")
+        image.name = f"{self._result.name} normals"
+        if image.packed_file is None:
+            image.pack()
         mesh = self._result.data
         if stage.uv_map not in mesh.uv_layers:
             unwrap.add(mesh, stage.uv_map, unwrap.coordinates(stage.result.data, stage.uv_map))
@@ -136,10 +142,12 @@ class OBJECT_OT_salient_bake(ModalOperator, bpy.types.Operator):
         self.report({"INFO"}, self._message)
 
     def _release(self) -> None:
-        """Remove all that was made for the work, unless Blender still bakes as it loads a file."""
+        """End and remove all that was made for the work."""
         super()._release()
-        stage, self._stage = self._stage, None
-        if stage is not None and not bpy.app.is_job_running(JOB):
+        if self._child is not None:
+            self._child.close()
+        stage, self._stage, self._child = self._stage, None, None
+        if stage is not None:
             stage.discard()
 
 

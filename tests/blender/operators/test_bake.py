@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A baked normal map shows the original's normals on the light mesh, and nothing else changes."""
 
+import time
+from pathlib import Path
+
 import bpy
 import numpy as np
 import pytest
@@ -337,3 +340,58 @@ def test_undo_takes_it_back():
     result = bpy.data.objects["Statue_simplified"]
     assert not result.material_slots
     assert not len(result.data.uv_layers)
+
+
+def staged(module, original, result, task_size=SIZE):
+    """Return a stage whose result has a UV map, and what to bake on it."""
+    stage = module("geometry.baking").Stage(bpy.context, original, result)
+    assert stage.prepare(task_size, False) == []
+    return stage, module("geometry.bake_child").Task(task_size, 0.03, stage.uv_map)
+
+
+def test_another_process_bakes_the_same(module):
+    original, result = pair()
+    stage, task = staged(module, original, result)
+    child = stage.begin(task)
+    while not child.over():
+        time.sleep(0.05)
+    image = child.take()
+    child.close()
+    here = stage.bake(task)
+    stage.discard()
+    found = [np.empty(4 * SIZE * SIZE, dtype="f4") for _ in range(2)]
+    for values, each in zip(found, (image, here), strict=True):
+        each.pixels.foreach_get(values)
+    np.testing.assert_array_equal(*found)
+    assert image.packed_file is not None
+    assert not image.filepath_raw
+
+
+def test_another_process_is_ended_at_once(module):
+    original, result = pair()
+    stage, task = staged(module, original, result)
+    child = stage.begin(task._replace(size=8192))
+    folder = Path(child._folder.name)
+    assert folder.exists()
+    assert not child.over()
+    child.close()
+    stage.discard()
+    assert child.over()
+    assert not folder.exists()
+    assert len(bpy.data.scenes) == 1
+
+
+def test_what_another_process_cannot_do_is_one_sentence(module):
+    original, result = pair()
+    stage, task = staged(module, original, result)
+    stage.original.data = bpy.data.meshes.new("empty")
+    child = stage.begin(task._replace(uv_map="lost"))
+    while not child.over():
+        time.sleep(0.05)
+    with pytest.raises(
+        module("geometry.read").HostError, match="Blender could not bake: "
+    ) as caught:
+        child.take()
+    assert "\n" not in str(caught.value)
+    child.close()
+    stage.discard()
