@@ -112,9 +112,12 @@ def make_plan(job: Job) -> Plan:
     FileError
         If headers tell other boxes than the points have.
     """
-    parts = [load(job.path(f"count-{k}.npz")) for k in range(len(job.sources))]
-    low = np.min([part["low"] for part in parts], axis=0)
-    high = np.max([part["high"] for part in parts], axis=0)
+    counts = np.zeros((CELLS,) * 3, dtype=np.int64)
+    low, high = np.full(3, np.inf), np.full(3, -np.inf)
+    for number in range(len(job.sources)):  # one at a time: those of a thousand take gigabytes
+        part = load(job.path(f"count-{number}.npz"))
+        counts += part["counts"]
+        low, high = np.minimum(low, part["low"]), np.maximum(high, part["high"])
     box = header_box(job)
     slack = 0.01 * float(np.linalg.norm(high - low))
     if np.abs(np.stack(box) - np.stack([low, high])).max() > slack + 1e-9 * np.abs(high).max():
@@ -122,7 +125,6 @@ def make_plan(job: Job) -> Plan:
             f"{job.sources[0].path}: the boxes in the headers of these files are not those of "
             "their points; mend them, for instance with lasinfo -repair"
         )
-    counts = sum(part["counts"] for part in parts)
     boxes = plan_boxes(counts, *box, job.most)
     return Plan(low, high, boxes, halo_width(typical_spacing(counts, *box), job.ratio))
 
