@@ -128,7 +128,8 @@ def test_what_is_damaged_or_gone_is_named(tmp_path):
 
 
 def test_the_command_measures_errors_and_writes_tiles(tmp_path, capsys):
-    points = np.random.default_rng(7).random((3000, 3)) * [60, 50, 0.3]
+    points = np.random.default_rng(7).random((3000, 3)) * [60, 50, 0]
+    points[:, 2] = 3.0 * np.sin(points[:, 0] / 8.0)
     path, light = write_scan(tmp_path / "a.laz", points), tmp_path / "light.laz"
     arguments = ["simplify", path, light, "--max-error", 0.2, "--error-unit", "length", "--tiled"]
     folder = tmp_path / "light"
@@ -137,7 +138,7 @@ def test_the_command_measures_errors_and_writes_tiles(tmp_path, capsys):
     said = capsys.readouterr()
     assert "to the surface" in said.out
     report = json.loads((tmp_path / "report.json").read_text())
-    assert 0.1 < report["errors"]["surface"]["max"] <= 0.2
+    assert 0.05 < report["errors"]["surface"]["max"] <= 0.2
     assert report["kept_points"] == len(laspy.read(light)) < 1500
     assert json.loads((folder / "index.json").read_text())["points"] == report["kept_points"]
     mesh = tmp_path / "a.xyz"
