@@ -11,6 +11,7 @@ from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, St
 
 from ..geometry import read
 from ..salcore import PRESETS, TABLE, TARGETS, Parameter, Parameters
+from . import baking
 from .figures import Figures, figures
 
 HIDDEN = {"error_unit"}
@@ -31,8 +32,10 @@ OUTPUTS = (
     ("NEW", "New Object", "Put the result into a new object beside the original"),
     ("IN_PLACE", "In Place", "Replace the geometry of the object and of all that share it"),
 )
-LABELS = {"faces": "Triangles"}
+LABELS = {"faces": "Triangles", "placement": "Points"}
 """Names that Blender's users know, where they are not the table's."""
+CHOICES = {"pca": "PCA", "optimal": "Moved"}
+"""Labels of choices that are not their names."""
 DEFAULTS = {"placement": "optimal"}
 """Defaults that are others than the table's: in Blender a mesh is to look like the original."""
 LEVEL_TARGETS = ("ratio", "faces", "max_error")
@@ -48,17 +51,23 @@ MORE_PRESETS = {
 
 def sentence(row: Parameter) -> str:
     """Return what a row of the table means here."""
-    if row.name == "placement":
-        return (
-            "Kept vertices of a mesh move to where the error is least (optimal), or stay original "
-            "points (original); points of clouds always stay."
-        )
-    if row.name == "max_error":
-        return (
-            "About the fewest points whose surface is nowhere further than this from an original "
-            "point, in the scene's unit."
-        )
-    return row.sentence
+    return SENTENCES.get(row.name, row.sentence)
+
+
+SENTENCES = {
+    "placement": "Kept vertices of a mesh move to where the error is least, or stay original "
+    "points; points of clouds always stay.",
+    "max_error": "About the fewest points whose surface is nowhere further than this from an "
+    "original point, in the scene's unit; more keeps fewer points.",
+    "detail": "More keeps more points on features, such as eyes and edges, and fewer on plain "
+    "parts; 0 looks at the shape alone.",
+    "evenness": "More spreads the points of a cloud evenly, and follows its features less; faces "
+    "of a mesh do not look at it.",
+    "level": "More smooths noise and small features away before it is decided what is salient.",
+    "refine": "Edges are turned, and moved points fitted, until the result lies nearest to the "
+    "original; without, it comes sooner and lies a little farther off.",
+}
+"""What rows mean in words of this place, where the table's are not those."""
 
 
 def _property(row: Parameter, options: set[str]) -> Any:
@@ -90,7 +99,7 @@ def _property(row: Parameter, options: set[str]) -> Any:
 
 
 def _label(choice: str) -> str:
-    return "PCA" if choice == "pca" else choice.capitalize()
+    return CHOICES.get(choice, choice.capitalize())
 
 
 def target_annotations(options: set[str]) -> dict[str, Any]:
@@ -155,6 +164,28 @@ def input_annotations(options: set[str]) -> dict[str, Any]:
             description="Which geometry of the object to take",
             options=options,
         ),
+        "symmetry": EnumProperty(
+            items=(
+                ("NONE", "None", "Both sides go their own ways"),
+                *((axis, axis, f"Left and right along the object's {axis}") for axis in "XYZ"),
+            ),
+            name="Symmetry",
+            description="A mesh that is the same on both sides of its origin, along this axis, "
+            "stays so exactly: one half is simplified and mirrored. One that is not is left as it "
+            "is, and the points that differ are counted",
+            options=options,
+        ),
+        "weld": BoolProperty(
+            name="Join Doubles",
+            description="Points that lie exactly on another are joined to it first: a surface "
+            "whose polygons do not hold together becomes one",
+            options=options,
+        ),
+        "remove_loose": BoolProperty(
+            name="Remove Loose",
+            description="Points of a mesh that no polygon and no edge uses are removed first",
+            options=options,
+        ),
         **keep_annotations(options),
     }
 
@@ -170,14 +201,15 @@ def keep_annotations(options: set[str]) -> dict[str, Any]:
         "protect": StringProperty(
             name="Protect",
             description="Vertex group, or attribute of points or faces, whose points are never "
-            "removed: those of a weight above zero. The sculpt mask is .sculpt_mask",
+            "removed: those of any weight above zero, however small. The sculpt mask is "
+            ".sculpt_mask; .sculpt_face_set are all face sets that were painted, Face Set 3 is one",
             search=_weights,
             options=options,
         ),
         "importance": StringProperty(
             name="Importance",
-            description="Vertex group, or attribute of points or faces, such as one painted: its "
-            "weights say where more points are to stay",
+            description="Vertex group, or attribute of points or faces, such as one painted: it "
+            "works by its strength, more points stay where the weights are larger",
             search=_weights,
             options=options,
         ),
@@ -298,6 +330,7 @@ class SalientSettings(bpy.types.PropertyGroup):
         **level_annotations(set()),
         **region_annotations(set()),
         "by_saliency": show_annotations(set())["by_saliency"],
+        **baking.annotations(set()),
     }
 
     def use_preset(self, name: str) -> None:

@@ -283,6 +283,7 @@ def _constraints(document: Document, options: argparse.Namespace) -> dict[str, A
         "keep_seams": not options.free_seams,
         "keep_border": options.keep_border,
         "keep_topology": options.keep_topology,
+        "symmetry": options.symmetry,
         **layers,
     }
 

@@ -155,6 +155,12 @@ def _add_simplification(command: argparse.ArgumentParser) -> None:
         action="store_true",
         help="no part, hole or handle goes; stops at the fewest points with which that is so",
     )
+    command.add_argument(
+        "--symmetry",
+        choices=("x", "y", "z"),
+        help="a mesh that is the same on both sides of the plane where this coordinate is 0 stays "
+        "so",
+    )
 
 
 def _add_report(command: argparse.ArgumentParser) -> None:

@@ -20,12 +20,15 @@ from ..io.staging import write_text
 from ..large.job import MANIFEST, Job, expected_ratio, look_at
 from ..large.run import POINT, share_memory, simplify_tiles
 from ..parameters import Callback, make_parameters
+from . import mesh_tiles
 
 ENDINGS = (".las", ".laz")
 SHARE = 0.5
 """Share of the free memory that is taken unless --memory says how much."""
 UNITS = {"": 1.0, "K": 1e3, "M": 1e6, "G": 1e9, "T": 1e12}
-IN_MEMORY = ("indices", "layer", "columns", "protect_selected", "keep_border", "keep_topology")
+IN_MEMORY = (
+    "indices", "layer", "columns", "protect_selected", "keep_border", "keep_topology", "symmetry",
+)  # fmt: skip
 """Options that need the whole cloud."""
 ELSEWHERE = (
     "regions_of_interest",
@@ -40,7 +43,9 @@ ELSEWHERE = (
 
 def add_tile_options(command: argparse.ArgumentParser) -> None:
     """Add the options for scans that are larger than memory."""
-    group = command.add_argument_group("scans larger than memory (LAS, LAZ, COPC)")
+    group = command.add_argument_group(
+        "larger than memory: scans (LAS, LAZ, COPC) and meshes (binary PLY)"
+    )
     group.add_argument(
         "--tiled", action="store_true", help="work tile by tile, even if all fits into memory"
     )
@@ -88,7 +93,7 @@ def chosen(options: argparse.Namespace) -> bool:
     Raises
     ------
     ParameterError
-        If that is asked for of files that are no LAS files.
+        If that is asked for of files that are neither LAS files nor a mesh as a PLY file.
     """
     asked = options.tiled or options.scheduler or options.resume or options.work_folder
     asked = asked or options.tiles
@@ -98,12 +103,7 @@ def chosen(options: argparse.Namespace) -> bool:
             "--tiles: only .las and .laz files are written as tiles; leave it out"
         )
     if not scans:
-        if asked:
-            raise salcore.ParameterError(
-                "--tiled: only .las and .laz files are worked on tile by tile; convert the input, "
-                "or leave out the options for large scans"
-            )
-        return False
+        return mesh_tiles.chosen(options, bool(asked))
     if asked:
         return True
     if options.output.suffix.lower() not in ENDINGS or _wrong(options):
@@ -134,7 +134,9 @@ def _wrong(options: argparse.Namespace) -> str:
 
 
 def simplify(options: argparse.Namespace, progress: Callback | None, warn: Warn) -> dict[str, Any]:
-    """Simplify scans tile by tile into one file, and return the figures."""
+    """Simplify scans, or a mesh, tile by tile into one file, and return the figures."""
+    if options.input[0].suffix.lower() not in ENDINGS:
+        return mesh_tiles.simplify(options, progress, warn)
     wrong = _wrong(options)
     if wrong:
         raise salcore.ParameterError(wrong)

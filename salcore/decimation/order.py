@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..arrays.edges import find_edges
-from ..arrays.types import Floats, Indices, Integers, Ints
+from ..arrays.types import Floats, Indices, Integers, Ints, Mask
 from ..input.wedges import MAX_SEAMS, Wedges
 from ..progress import SILENT, Progress
 from .costs import Costs, Weights
@@ -81,6 +81,7 @@ def eliminate(
     wedges: Wedges | None = None,
     keep_topology: bool = False,
     scale: Scale | None = None,
+    on_plane: Mask | None = None,
 ) -> Elimination:
     """Return the order of elimination.
 
@@ -107,6 +108,9 @@ def eliminate(
     scale : Scale, optional
         What a tile of a cloud takes over from the whole. Large clouds, which have a `priority`,
         find their own.
+    on_plane : (n,) bool, optional
+        Vertices on a plane of symmetry where the surface ends: what is left, and its mirror image,
+        fit together there.
 
     Notes
     -----
@@ -122,10 +126,17 @@ def eliminate(
     if wedges is not None:
         state.wedges = WedgeCollapses.of_faces(wedges, faces)
         state.charts_hold = bool(state.half_edges.seam.any())
-    state.keep_topology = keep_topology
+    state.keep_topology, state.on_plane = keep_topology, on_plane
     if len(faces) and not keep_topology:
         ends = state.half_edges.source.reshape(2, -1)
         state.parts = Parts.find((ends[0], ends[1]), state.costs, weights, priority)
+    run_rounds(state, rounds)
+    return number_vertices(state, priority)
+
+
+def run_rounds(state: State, progress: Progress) -> None:
+    """Do one round after another, until nothing is left that may go."""
+    total = max(state.living, 1)
     while True:
         least = state.find_cheapest()
         candidates, leaving = state.pick_candidates(least)
@@ -141,8 +152,7 @@ def eliminate(
             state.thresholds.rise()
         if state.living < COMPACT * len(state.vertex_id):
             state.compact()
-        rounds(1.0 - state.living / max(len(points), 1))
-    return _number_vertices(state, priority)
+        progress(1.0 - state.living / total)
 
 
 def _start(
@@ -203,7 +213,7 @@ def _start(
     )
 
 
-def _number_vertices(state: State, priority: Integers | None) -> Elimination:
+def number_vertices(state: State, priority: Integers | None = None) -> Elimination:
     """Number the vertices from the last survivor to the first removed."""
     count = len(state.parent)
     removed = np.concatenate([*state.removed, np.empty(0, dtype=np.intp)])

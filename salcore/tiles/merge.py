@@ -57,6 +57,15 @@ class Statistics:
             np.bincount(step, areas, AREA_BINS).astype(np.float64),
         )
 
+    def __add__(self, other: Statistics) -> Statistics:
+        """Return the statistics of two tiles together."""
+        return Statistics(
+            self.points + other.points,
+            self.saliency + other.saliency,
+            self.faces + other.faces,
+            self.areas + other.areas,
+        )
+
 
 @dataclass(frozen=True)
 class Whole:
