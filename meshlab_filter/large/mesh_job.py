@@ -22,7 +22,6 @@ ROOM = 1.5
 borders of this one become like all else."""
 
 
-
 @dataclass(frozen=True)
 class MeshJob(Job):
     """A run on a mesh. It pickles.

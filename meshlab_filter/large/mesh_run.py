@@ -29,9 +29,9 @@ from .mesh_job import ROOM, SHARES, MeshJob, Pass
 from .mesh_refine import plan_refinement, refine, spill_samples
 from .mesh_write import write_mesh
 from .ply_blocks import WHOLE
-from .run import PROCESS, Each, _cluster, _pool
+from .run import PROCESS, Each, dask_cluster, worker_pool
 
-POINT = 1500
+POINT = 1000
 """Bytes that a worker takes at most for a point of a tile or its halo, and the two faces that go
 with it."""
 MOST, LEAST = 1_000_000, 20_000
@@ -104,7 +104,7 @@ def simplify_mesh(
     removed at the end, and stays where the run ends early.
     """
     work = Progress(progress)
-    backend = _cluster(scheduler, workers) if scheduler else _pool(job, workers)
+    backend = dask_cluster(scheduler, workers) if scheduler else worker_pool(job, workers)
     with backend as each, work_folder(job, resume=resume):
         job = replace(job, most=planned_size(job))
         try:
