@@ -130,9 +130,12 @@ def _stages(
         f"interrupted, go on with --resume {job.folder}"
     )
     ranges = range(len(job.face_ranges()))
-    each(stages.spill, [(job, plan, k) for k in ranges], work.part(0.02, 0.08, "Tiles"))
-    part = work.part(0.08, 0.45, "Analysis")
-    each(stages.analyse, [(job, plan, k) for k in tiles], part)
+    if not all(job.path(f"statistics-{tile}.npz").exists() for tile in tiles):
+        each(stages.spill, [(job, plan, k) for k in ranges], work.part(0.02, 0.08, "Tiles"))
+        part = work.part(0.08, 0.45, "Analysis")
+        each(stages.analyse, [(job, plan, k) for k in tiles], part)
+    for k in ranges:
+        shutil.rmtree(job.path(f"spill-{k}"), ignore_errors=True)
     whole, places, whole_faces = _gather(job, len(tiles), warn)
     wanted = _wanted(job, places, whole_faces)
     passes = _passes(job, whole, Pass(0, plan.boxes, []), places, wanted, each, work, warn)
