@@ -141,7 +141,7 @@ def test_dask_writes_the_same_bytes(mesh, expected, tmp_path):
 def test_tiles_without_faces_do_no_harm(tmp_path):
     points, faces = bumpy_torus()
     rng = np.random.default_rng(1)
-    loose = rng.random((5000, 3)) + [5, 0, 0]
+    loose = 5.0 + rng.random((5000, 3))
     path = write_mesh(tmp_path / "a.ply", np.concatenate([points, loose]), faces)
     job = make_job(tmp_path / "work", path, "count", 700)
     figures = simplify_mesh(job, tmp_path / "b.ply", workers=1)
