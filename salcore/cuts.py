@@ -148,7 +148,8 @@ class Cuts:
         def measure(count: int) -> float:
             return self.simplify(count, 0.0).largest_error()
 
-        return count_within(bound, estimate, measure, self.least, part)
+        start = int(np.count_nonzero(estimate > bound))
+        return count_within(bound, start, len(order), measure, self.least, part)
 
     def simplify(
         self,
@@ -217,12 +218,13 @@ class Cuts:
         if positions is None:
             refine_faces(mesh, self.geometry.points, self.samples, source, progress)
             return None
-        held = self.constraints.staying
-        plane = self.geometry.plane
+        held, geometry = self.constraints.staying, self.geometry
+        original = geometry.points, geometry.faces
+        plane = geometry.plane
         if plane is not None:
             held = np.repeat(held[:, None], 3, axis=1)
             held[plane.on_plane, plane.axis] = True
-        return fit_positions(mesh, positions, self.samples, source, held, progress)
+        return fit_positions(mesh, positions, self.samples, source, held, original, progress)
 
     def _losses(self, ranks: int, faces: Indices) -> list[str]:
         """Return notes on the parts and the topology that the faces of a cut have lost."""

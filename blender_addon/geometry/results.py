@@ -12,6 +12,9 @@ from .read import HostError
 from .sources import Source
 from .topology import Reduced
 
+ORIGINAL = "salient_original"
+"""Custom property of new objects: the name of the one that they were made from."""
+
 
 def require_replaceable(source: Source) -> None:
     """Raise `HostError` if a result cannot take the place of its source."""
@@ -73,6 +76,7 @@ def _copy(obj: Any, data: Any, applied: bool, suffix: str, collection: Any) -> A
         for key in list(obj.keys()):
             copy[key] = obj[key]
     copy.name = obj.name + suffix
+    copy[ORIGINAL] = obj.name
     collections = obj.users_collection if collection is None else [collection]
     for one in collections or [bpy.context.scene.collection]:
         one.objects.link(copy)

@@ -11,6 +11,7 @@ from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, St
 
 from ..geometry import read
 from ..salcore import PRESETS, TABLE, TARGETS, Parameter, Parameters
+from . import baking
 from .figures import Figures, figures
 
 HIDDEN = {"error_unit"}
@@ -329,6 +330,7 @@ class SalientSettings(bpy.types.PropertyGroup):
         **level_annotations(set()),
         **region_annotations(set()),
         "by_saliency": show_annotations(set())["by_saliency"],
+        **baking.annotations(set()),
     }
 
     def use_preset(self, name: str) -> None:

@@ -180,6 +180,8 @@ def _simplify_tiles(options: argparse.Namespace) -> None:
             f"  {options.output.name}: {figures['kept_points']:,} of "
             f"{figures['input_points']:,} points"
         )
+        if figures.get("errors") is not None:
+            print(format_errors(figures["errors"]))
 
 
 def _simplify_one(

@@ -17,9 +17,10 @@ from salcore.options import given_options
 from ..errors import FileError, Warn
 from ..io import files
 from ..io.staging import write_text
-from ..large.job import MANIFEST, Job, look_at
+from ..large.job import MANIFEST, Job, expected_ratio, look_at
 from ..large.run import POINT, share_memory, simplify_tiles
 from ..parameters import Callback, make_parameters
+from . import mesh_tiles
 
 ENDINGS = (".las", ".laz")
 SHARE = 0.5
@@ -29,13 +30,22 @@ IN_MEMORY = (
     "indices", "layer", "columns", "protect_selected", "keep_border", "keep_topology", "symmetry",
 )  # fmt: skip
 """Options that need the whole cloud."""
-ELSEWHERE = ("regions_of_interest", "keep_regions", "interest_weight", "placement", "scaling")
+ELSEWHERE = (
+    "regions_of_interest",
+    "keep_regions",
+    "interest_weight",
+    "placement",
+    "scaling",
+    "contrast",
+)
 """Parameters that need the whole cloud."""
 
 
 def add_tile_options(command: argparse.ArgumentParser) -> None:
     """Add the options for scans that are larger than memory."""
-    group = command.add_argument_group("scans larger than memory (LAS, LAZ, COPC)")
+    group = command.add_argument_group(
+        "larger than memory: scans (LAS, LAZ, COPC) and meshes (binary PLY)"
+    )
     group.add_argument(
         "--tiled", action="store_true", help="work tile by tile, even if all fits into memory"
     )
@@ -51,6 +61,12 @@ def add_tile_options(command: argparse.ArgumentParser) -> None:
         type=Path,
         metavar="FOLDER",
         help="new folder for intermediate files, about 250 bytes a point (default: OUTPUT.work)",
+    )
+    group.add_argument(
+        "--tiles",
+        type=Path,
+        metavar="FOLDER",
+        help="new folder for the same points as one LAZ file a tile, with an index in JSON",
     )
     group.add_argument(
         "--resume", type=Path, metavar="FOLDER", help="go on with the run in this work folder"
@@ -77,17 +93,17 @@ def chosen(options: argparse.Namespace) -> bool:
     Raises
     ------
     ParameterError
-        If that is asked for of files that are no LAS files.
+        If that is asked for of files that are neither LAS files nor a mesh as a PLY file.
     """
     asked = options.tiled or options.scheduler or options.resume or options.work_folder
+    asked = asked or options.tiles
     scans = all(path.suffix.lower() in ENDINGS for path in options.input)
+    if options.tiles and not scans:
+        raise salcore.ParameterError(
+            "--tiles: only .las and .laz files are written as tiles; leave it out"
+        )
     if not scans:
-        if asked:
-            raise salcore.ParameterError(
-                "--tiled: only .las and .laz files are worked on tile by tile; convert the input, "
-                "or leave out the options for large scans"
-            )
-        return False
+        return mesh_tiles.chosen(options, bool(asked))
     if asked:
         return True
     if options.output.suffix.lower() not in ENDINGS or _wrong(options):
@@ -102,9 +118,9 @@ def chosen(options: argparse.Namespace) -> bool:
 def _wrong(options: argparse.Namespace) -> str:
     """Return what cannot be done by tiles and the remedy; nothing if all can."""
     target = given_options(options, salcore.TARGETS)
-    if not target.keys() <= {"ratio", "count"}:
+    if not target.keys() <= {"ratio", "count", "max_error"}:
         name = next(iter(target)).replace("_", "-")
-        return f"--{name}: is not worked out by tiles; give --ratio or --count"
+        return f"--{name}: is not worked out by tiles; give --ratio, --count or --max-error"
     values = make_parameters(
         preset=options.preset, **given_options(options, salcore.TABLE)
     ).as_dict()
@@ -118,7 +134,9 @@ def _wrong(options: argparse.Namespace) -> str:
 
 
 def simplify(options: argparse.Namespace, progress: Callback | None, warn: Warn) -> dict[str, Any]:
-    """Simplify scans tile by tile into one file, and return the figures."""
+    """Simplify scans, or a mesh, tile by tile into one file, and return the figures."""
+    if options.input[0].suffix.lower() not in ENDINGS:
+        return mesh_tiles.simplify(options, progress, warn)
     wrong = _wrong(options)
     if wrong:
         raise salcore.ParameterError(wrong)
@@ -135,12 +153,14 @@ def simplify(options: argparse.Namespace, progress: Callback | None, warn: Warn)
         raise salcore.ParameterError(
             f"count={value}: there are {points} valid points; give at most so many"
         )
-    ratio = value if name == "ratio" else value / points
+    ratio = expected_ratio(name, value, points)
     memory = options.memory or SHARE * (available_memory() or 8e9)
     workers, most = share_memory(memory, parameters.workers or os.cpu_count() or 1, ratio)
     folder = options.resume or options.work_folder or output.with_name(f"{output.name}.work")
     common = parameters.as_dict() | {"workers": 1}
-    job = Job(str(folder.absolute()), sources, common, name, float(value), most)
+    job = Job(
+        str(folder.absolute()), sources, common, name, float(value), most, not options.no_errors
+    )
     if not options.resume and not (folder / MANIFEST).exists() and not folder.parent.is_dir():
         raise FileError(f"{folder.parent}: no such folder; make it first")
     whom = (
@@ -154,6 +174,7 @@ def simplify(options: argparse.Namespace, progress: Callback | None, warn: Warn)
         output,
         workers=workers,
         scheduler=options.scheduler,
+        tiles=options.tiles,
         resume=options.resume is not None,
         force=options.force,
         progress=progress,

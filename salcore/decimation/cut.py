@@ -35,10 +35,10 @@ def living_ancestors(elimination: Elimination, count: int) -> Indices:
     """
     vertices = np.arange(len(elimination.rank))
     parent = np.where(elimination.rank < count, vertices, elimination.parent)
-    return _last_ancestors(parent)[0]
+    return last_ancestors(parent)[0]
 
 
-def _last_ancestors(parent: Indices) -> tuple[Indices, int]:
+def last_ancestors(parent: Indices) -> tuple[Indices, int]:
     """Return the last ancestor of each, and the doublings it took; the last are their own parents.
 
     Pointer jumping: every step doubles the generations passed.
@@ -257,7 +257,7 @@ def input_ranking(
     parent[finite] = standing[vertex_of[finite]]
     parent[standing] = standing[elimination.parent]
     parent[root] = root
-    generations = _last_ancestors(parent)[1]
+    generations = last_ancestors(parent)[1]
     parent[root] = -1
     least = max(held, 1)
     if constraints.keep_topology:

@@ -130,6 +130,13 @@ def eliminate(
     if len(faces) and not keep_topology:
         ends = state.half_edges.source.reshape(2, -1)
         state.parts = Parts.find((ends[0], ends[1]), state.costs, weights, priority)
+    run_rounds(state, rounds)
+    return number_vertices(state, priority)
+
+
+def run_rounds(state: State, progress: Progress) -> None:
+    """Do one round after another, until nothing is left that may go."""
+    total = max(state.living, 1)
     while True:
         least = state.find_cheapest()
         candidates, leaving = state.pick_candidates(least)
@@ -145,8 +152,7 @@ def eliminate(
             state.thresholds.rise()
         if state.living < COMPACT * len(state.vertex_id):
             state.compact()
-        rounds(1.0 - state.living / max(len(points), 1))
-    return _number_vertices(state, priority)
+        progress(1.0 - state.living / total)
 
 
 def _start(
@@ -207,7 +213,7 @@ def _start(
     )
 
 
-def _number_vertices(state: State, priority: Integers | None) -> Elimination:
+def number_vertices(state: State, priority: Integers | None = None) -> Elimination:
     """Number the vertices from the last survivor to the first removed."""
     count = len(state.parent)
     removed = np.concatenate([*state.removed, np.empty(0, dtype=np.intp)])

@@ -113,7 +113,8 @@ class State:
         if not len(finite):
             return np.zeros(len(least), dtype=bool), leaving
         if self.thresholds is not None and (self.is_tile or self.living > SMALL):
-            return self.thresholds.candidates(least) & ~leaving, np.zeros_like(leaving)
+            cheap = self.thresholds.candidates(least)
+            return cheap & ~leaving, cheap & leaving
         share = CANDIDATES if self.living > SMALL else CANDIDATES_IF_SMALL
         place = min(len(finite) - 1, int(share * self.candidate_factor * self.living))
         cheap = np.asarray(least <= np.partition(finite, place)[place])
