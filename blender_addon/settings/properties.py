@@ -166,7 +166,7 @@ def input_annotations(options: set[str]) -> dict[str, Any]:
         ),
         "symmetry": EnumProperty(
             items=(
-                ("NONE", "None", "Both sides go their own ways"),
+                ("NONE", "Off", "Both sides go their own ways"),
                 *((axis, axis, f"Left and right along the object's {axis}") for axis in "XYZ"),
             ),
             name="Symmetry",
