@@ -26,7 +26,7 @@ sys.path.insert(0, str(ROOT / "benchmarks" / "speed"))
 
 from worker import NAME, enable  # noqa: E402
 
-WIDTH, SAMPLES = 1800, 48
+WIDTH, SAMPLES = 1800, 24
 SPACING = 2.75
 SHARE = 0.02
 """Of the faces of the carved monkey that are left."""
@@ -54,7 +54,7 @@ def carved_monkey() -> Any:
     mesh.vertices.foreach_get("normal", normals)
     points, normals = points.reshape(-1, 3), normals.reshape(-1, 3)
     x, y, z = points.astype(np.float64).T
-    hair = 1.0 / (1.0 + np.exp(-30.0 * (z - 0.45 + 0.5 * np.abs(x) * (y < 0.0) - 0.25 * y)))
+    hair = 1.0 / (1.0 + np.exp(-30.0 * (z - 0.5 + 0.4 * y)))
     comb = np.abs(np.sin(34.0 * x + 5.0 * np.sin(2.5 * y) + 3.0 * np.sin(4.0 * z)))
     waves = np.random.default_rng(0).normal(0.0, 30.0, (24, 3))
     rough = np.sin(points @ waves.T + np.arange(24.0)).mean(axis=1)
@@ -154,7 +154,7 @@ def light_and_camera(columns: int, width: float, height: float, floor: float) ->
 
     bpy.ops.mesh.primitive_plane_add(size=60, location=(0, 0, floor))
     bpy.context.active_object.data.materials.append(clay("floor", None))
-    for place, size, power in (((-5, -6, 6), 3.0, 1000.0), ((8, -5, 3), 6.0, 250.0)):
+    for place, size, power in (((-6, -5, 6), 2.5, 650.0), ((8, -5, 3), 6.0, 150.0)):
         bpy.ops.object.light_add(type="AREA", location=place)
         lamp = bpy.context.active_object
         lamp.data.size, lamp.data.energy = size, power
@@ -239,7 +239,7 @@ def beside_decimate(path: Path, model: str | None, faces: int | None) -> None:
     low, high = corners.min(axis=0), corners.max(axis=0)
     width = 1.08 * float(high[0] - low[0])
     stand([original, theirs, ours], width, turn)
-    light_and_camera(3, width, 1.15 * float(high[2] - low[2]), float(low[2]))
+    light_and_camera(3, width, 1.3 * float(high[2] - low[2]), float(low[2]))
     render(path)
 
 
