@@ -87,8 +87,12 @@ def measure_one(models: Path, folder: Path) -> dict[str, Any]:
     """Measure one file in tiles as large as those of all files."""
     options = ("--tiled", "--memory", LARGE, "--no-errors")
     taken, report = simplify([models / SCAN / ONE], folder / "one.laz", *options)
-    points, tiles = report["input_points"], report["tiles"]
-    return {"points": points, "tiles": tiles, "tiled": dataclasses.asdict(taken)}
+    return {
+        "points": report["input_points"],
+        "tiles": report["tiles"],
+        "largest tile": report["largest_tile"],
+        "tiled": dataclasses.asdict(taken),
+    }
 
 
 def measure_scan(models: Path, folder: Path) -> dict[str, Any]:
@@ -101,6 +105,7 @@ def measure_scan(models: Path, folder: Path) -> dict[str, Any]:
         "points": report["input_points"],
         "kept": report["kept_points"],
         "tiles": report["tiles"],
+        "largest tile": report["largest_tile"],
         "whole": dataclasses.asdict(whole),
         "tiled": dataclasses.asdict(tiled),
         **agreement(files, folder / "whole.laz", folder / "tiles.laz", 1_000_000, RATIO),
@@ -129,8 +134,15 @@ def page(found: dict[str, Any]) -> str:
         if key in found:
             lines.append(_taken_row(name, found[key]))
     if {"one", "scan"} <= found.keys():
-        growth = found["scan"]["tiled"]["memory"] / found["one"]["tiled"]["memory"]
-        lines += ["", f"Memory of nine files over that of one: {growth:.2f}."]
+        one, scan = found["one"], found["scan"]
+        memory = scan["tiled"]["memory"] / one["tiled"]["memory"]
+        size = scan["largest tile"] / one["largest tile"]
+        lines += [
+            "",
+            f"Nine files take {memory:.2f} times the memory of one of them; their largest tile has "
+            f"{size:.2f} times",
+            f"as many points with its halo. For tiles of equal size that is {memory / size:.2f}.",
+        ]
     lines += [
         "",
         "| | halo | Jaccard index of kept points | within two halos of a border | share of points "

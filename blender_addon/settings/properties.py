@@ -296,7 +296,7 @@ class SalientSettings(bpy.types.PropertyGroup):
         **level_annotations(set()),
         **region_annotations(set()),
         "by_saliency": show_annotations(set())["by_saliency"],
-        **baking.annotations(set()),
+        **baking.bake_annotations(set()),
     }
 
     def use_preset(self, name: str) -> None:

@@ -45,8 +45,10 @@ class Plan:
     halo: float
 
 
-def read_chunks(source: Source) -> Iterator[tuple[int, Any]]:
+def read_chunks(source: Source, *, bare: bool = False) -> Iterator[tuple[int, Any]]:
     """Read a file in chunks, each with the number of its first point in the file.
+
+    Bare chunks have coordinates only, where the format lets the rest stay compressed.
 
     Raises
     ------
@@ -58,7 +60,9 @@ def read_chunks(source: Source) -> Iterator[tuple[int, Any]]:
     try:
         if path.stat().st_size != source.size:
             raise FileError(f"{path}: has changed since the run began; begin anew")
-        with laspy.open(path) as reader:
+        wanted = laspy.DecompressionSelection
+        wanted = wanted.base().decompress_z() if bare else wanted.all()
+        with laspy.open(path, decompression_selection=wanted) as reader:
             for chunk in reader.chunk_iterator(CHUNK):
                 yield at, chunk
                 at += len(chunk)
@@ -93,7 +97,7 @@ def count_file(job: Job, number: int) -> None:
         return
     box, counts = header_box(job), np.zeros((CELLS,) * 3, dtype=np.int64)
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
-    for _, chunk in read_chunks(job.sources[number]):
+    for _, chunk in read_chunks(job.sources[number], bare=True):
         points = coordinates(chunk)
         counts += count_cells(points, *box)
         low, high = np.minimum(low, points.min(axis=0)), np.maximum(high, points.max(axis=0))
@@ -108,9 +112,12 @@ def make_plan(job: Job) -> Plan:
     FileError
         If headers tell other boxes than the points have.
     """
-    parts = [load(job.path(f"count-{k}.npz")) for k in range(len(job.sources))]
-    low = np.min([part["low"] for part in parts], axis=0)
-    high = np.max([part["high"] for part in parts], axis=0)
+    counts = np.zeros((CELLS,) * 3, dtype=np.int64)
+    low, high = np.full(3, np.inf), np.full(3, -np.inf)
+    for number in range(len(job.sources)):  # one at a time: those of a thousand take gigabytes
+        part = load(job.path(f"count-{number}.npz"))
+        counts += part["counts"]
+        low, high = np.minimum(low, part["low"]), np.maximum(high, part["high"])
     box = header_box(job)
     slack = 0.01 * float(np.linalg.norm(high - low))
     if np.abs(np.stack(box) - np.stack([low, high])).max() > slack + 1e-9 * np.abs(high).max():
@@ -118,7 +125,6 @@ def make_plan(job: Job) -> Plan:
             f"{job.sources[0].path}: the boxes in the headers of these files are not those of "
             "their points; mend them, for instance with lasinfo -repair"
         )
-    counts = sum(part["counts"] for part in parts)
     boxes = plan_boxes(counts, *box, job.most)
     return Plan(low, high, boxes, halo_width(typical_spacing(counts, *box), job.ratio))
 
@@ -149,7 +155,7 @@ def spill_file(job: Job, plan: Plan, number: int) -> None:
     shutil.rmtree(spare, ignore_errors=True)
     spare.mkdir()
     source = job.sources[number]
-    for at, chunk in read_chunks(source):
+    for at, chunk in read_chunks(source, bare=True):
         points = coordinates(chunk)
         rows = np.empty(len(points), dtype=ROW)
         rows["point"], rows["number"] = points, np.arange(len(points)) + (source.start + at)

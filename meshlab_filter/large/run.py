@@ -126,7 +126,7 @@ def simplify_tiles(
     output_header(job, warn)
     if tiles is not None and not is_published(job, tiles):
         check_folder(tiles)
-    backend = _cluster(scheduler, workers) if scheduler else _pool(job, workers)
+    backend = dask_cluster(scheduler, workers) if scheduler else worker_pool(job, workers)
     with backend as each, work_folder(job, resume=resume):
         job = replace(job, most=planned_size(job))
         try:
@@ -159,7 +159,7 @@ def _stages(
         f"--resume {job.folder}"
     )
     each(spill_file, [(job, plan, k) for k in files], work.part(0.02, 0.06, "Tiles"))
-    _check_sizes(job, plan, warn)
+    largest = _largest_tile(job, plan, warn)
     part = work.part(0.06, 0.55, "Analysis")
     each(stages.analyse, [(job, plan, k) for k in tiles], part)
     whole = stages.gather(job, plan)
@@ -186,6 +186,7 @@ def _stages(
         "input_points": job.points,
         "kept_points": count,
         "tiles": len(tiles),
+        "largest_tile": largest,
         "halo": plan.halo,
         "files": len(files),
         "errors": None if errors is None else errors.as_dict(),
@@ -202,8 +203,11 @@ def _check_halo(job: Job, count: int, warn: Warn) -> None:
         )
 
 
-def _check_sizes(job: Job, plan: Plan, warn: Warn) -> None:
-    """Say if a tile is much larger than was planned: a cell of the plan is never cut."""
+def _largest_tile(job: Job, plan: Plan, warn: Warn) -> int:
+    """Return the points of the largest tile with its halo.
+
+    Say if that is much more than planned: a cell of the plan is never cut.
+    """
     sizes = [0] * len(plan.boxes)
     for number in range(len(job.sources)):
         for file in job.path(f"spill-{number}").iterdir():
@@ -213,10 +217,11 @@ def _check_sizes(job: Job, plan: Plan, warn: Warn) -> None:
             f"one tile has {max(sizes):,} points with its halo, for they lie close together; its "
             f"worker takes about {max(sizes) * POINT / 1e9:.1f} GB"
         )
+    return max(sizes)
 
 
 @contextmanager
-def _pool(job: Job, workers: int) -> Iterator[Each]:
+def worker_pool(job: Job, workers: int) -> Iterator[Each]:
     """Give the work to a pool of processes."""
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(workers, context, _end_with_parent) as pool:
@@ -253,7 +258,7 @@ def _end_with_parent() -> None:
 
 
 @contextmanager
-def _cluster(scheduler: str, workers: int) -> Iterator[Each]:
+def dask_cluster(scheduler: str, workers: int) -> Iterator[Each]:
     """Give the work to a Dask cluster, which repeats what a lost worker did not finish."""
     try:
         distributed: Any = importlib.import_module("distributed")

@@ -18,6 +18,7 @@ from salcore.progress import Progress
 
 from ..errors import FileError
 from ..io.formats import required
+from ..io.staging import PREFIX, link
 from .bins import read_chunks
 from .job import Job, flush, write_whole
 from .write import moved_records
@@ -118,9 +119,11 @@ def write_tiles(
     write_whole(job.path("tiles", INDEX), lambda spare: spare.write_text(index, encoding="utf-8"))
     check_folder(folder)
     # Beside its place first: the work folder may be on another disk.
-    staged = folder.with_name(f".salient-simplify-{uuid.uuid4().hex[:8]}")
+    staged = folder.with_name(f"{PREFIX}{uuid.uuid4().hex[:8]}")
     try:
-        shutil.copytree(job.path("tiles"), staged)
+        staged.mkdir()
+        for file in sorted(job.path("tiles").iterdir()):
+            link(file, staged / file.name)
         if folder.is_dir():
             folder.rmdir()
         os.replace(staged, folder)

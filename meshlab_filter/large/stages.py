@@ -54,12 +54,13 @@ def analyse(job: Job, plan: Plan, tile: int) -> None:
         core = result.core
         points, normals = result.points[core], result.normals[core]
         save(job.path(f"surface-{tile}.npz"), points=points, normals=normals)
-    save(job.path(f"tile-{tile}.npz"), numbers=numbers, **result.arrays())
+    arrays: dict[str, Any] = result.arrays() | {"numbers": numbers}
+    save(job.path(f"tile-{tile}.npz"), **arrays)
     _save_statistics(path, result.statistics())
 
 
 def _save_statistics(path: Path, found: Statistics) -> None:
-    arrays = {"saliency": found.saliency, "faces": found.faces, "areas": found.areas}
+    arrays: dict[str, Any] = {key: getattr(found, key) for key in ("saliency", "faces", "areas")}
     save(path, small=True, points=found.points, **arrays)
 
 

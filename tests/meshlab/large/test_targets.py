@@ -9,6 +9,7 @@ import pytest
 from scan_jobs import RATIO, make_job, write_scan
 
 import salcore
+from meshlab_filter.cli.command import main
 from meshlab_filter.large import stages
 from meshlab_filter.large.bins import count_file, make_plan, spill_file
 from meshlab_filter.large.job import look_at
@@ -124,3 +125,24 @@ def test_what_is_damaged_or_gone_is_named(tmp_path):
     path.unlink()
     with pytest.raises(salcore.SalcoreError, match=r"a.las: cannot be read .* all workers must se"):
         spill_file(job, None, 0)
+
+
+def test_the_command_measures_errors_and_writes_tiles(tmp_path, capsys):
+    points = np.random.default_rng(7).random((3000, 3)) * [60, 50, 0]
+    points[:, 2] = 3.0 * np.sin(points[:, 0] / 8.0)
+    path, light = write_scan(tmp_path / "a.laz", points), tmp_path / "light.laz"
+    arguments = ["simplify", path, light, "--max-error", 0.2, "--error-unit", "length", "--tiled"]
+    folder = tmp_path / "light"
+    arguments += ["--tiles", folder, "--workers", 1, "--report", tmp_path / "report.json"]
+    assert main([str(a) for a in arguments]) == 0
+    said = capsys.readouterr()
+    assert "to the surface" in said.out
+    report = json.loads((tmp_path / "report.json").read_text())
+    assert 0.05 < report["errors"]["surface"]["max"] <= 0.2
+    assert report["kept_points"] == len(laspy.read(light)) < 1500
+    assert json.loads((folder / "index.json").read_text())["points"] == report["kept_points"]
+    mesh = tmp_path / "a.xyz"
+    mesh.write_text("0 0 0\n1 0 0\n0 1 0\n")
+    arguments = ["simplify", mesh, tmp_path / "b.xyz", "--ratio", 0.5, "--tiles", tmp_path / "b"]
+    assert main([str(a) for a in arguments]) == 2
+    assert "--tiles: only .las and .laz files are written as tiles" in capsys.readouterr().err
