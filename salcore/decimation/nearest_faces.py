@@ -208,7 +208,7 @@ class Assignment:
 
         Only those of faces (k, 3) with a corner that has moved are looked at.
         """
-        changed: Mask = moved[faces].any(axis=1)
+        changed = np.asarray(moved[faces].any(axis=1))
         beside = np.flatnonzero(changed[self.face])
         self._search(samples, points, faces, beside, afresh=False)
 
