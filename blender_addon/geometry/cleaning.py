@@ -35,8 +35,8 @@ class Cleaned(NamedTuple):
 
     points: NDArray[np.float64]
     mesh: MeshArrays | None
-    used: Ints | None
-    point: Ints | None
+    used: NDArray[np.int64] | None
+    point: NDArray[np.int64] | None
     notes: list[str]
 
     def take(self, values: Any) -> Any:
@@ -86,7 +86,7 @@ def clean(
     if not gone.any():
         return Cleaned(points, mesh, None, None, notes)
     used = np.flatnonzero(~gone)
-    number = np.full(len(points), -1, dtype=np.int32)
+    number = np.full(len(points), -1, dtype=np.int64)
     number[used] = np.arange(len(used))
     if mesh is not None:
         mesh = _renumbered(mesh, number)

@@ -59,9 +59,9 @@ def _shrink_mesh(mesh: Any, result: Reduced, matrix: Any, weighted: bool) -> Non
         # Normals go back with the transposed matrix, as they came with its inverse.
         normals = (result.normals @ np.array(matrix)[:3, :3]).astype(np.float32)
         skip = {"custom_normal"}
-    sources: dict[str, NDArray[Any] | None] = {
+    sources: dict[str, NDArray[Any]] = {
         "POINT": result.indices,
-        "EDGE": shape.edge_source,
+        "EDGE": np.empty(0, dtype=np.int32) if shape.edge_source is None else shape.edge_source,
         "FACE": shape.polygons,
         "CORNER": shape.corners,
     }

@@ -9,7 +9,6 @@ from typing import Any
 
 import bpy
 import numpy as np
-from mathutils import Matrix
 from numpy.typing import NDArray
 
 from . import read
@@ -52,7 +51,7 @@ class Source:
     def matrix(self) -> Any:
         """From the space of the data to the one that points are handed over in."""
         matrix = self.object.matrix_world
-        return Matrix.Diagonal(matrix.to_scale()).to_4x4() if self.upright else matrix
+        return np.diag([*matrix.to_scale(), 1.0]) if self.upright else matrix
 
     @property
     def count(self) -> int:

@@ -203,7 +203,8 @@ def simplified(mesh: MeshArrays, result: Simplification) -> Topology:
     if mesh.edges is None and not len(loose):
         return Topology(starts, polygons, vertices, corners, None, None, None, of_triangles)
     start = np.concatenate([vertices, loose[:, 0]])
-    end = np.concatenate([vertices[_following(starts, len(vertices))], loose[:, 1]])
+    after = _following(starts.astype(np.int64), len(vertices))
+    end = np.concatenate([vertices[after], loose[:, 1]])
     count = max(len(result.indices), 1)
     keys, edge_of = np.unique(
         np.minimum(start, end).astype(np.int64) * count + np.maximum(start, end),
@@ -213,8 +214,10 @@ def simplified(mesh: MeshArrays, result: Simplification) -> Topology:
     edge_source = np.full(len(edges), -1, dtype=np.int32)
     if mesh.edges is not None:
         edge_source = result.edge_source(mesh.edges, edges).astype(np.int32)
-    edge_of = edge_of.ravel()[: len(vertices)].astype(np.int32)
-    return Topology(starts, polygons, vertices, corners, edge_of, edges, edge_source, of_triangles)
+    of_corner = edge_of.ravel()[: len(vertices)].astype(np.int32)
+    return Topology(
+        starts, polygons, vertices, corners, of_corner, edges, edge_source, of_triangles
+    )
 
 
 def blends(

@@ -24,7 +24,7 @@ class OBJECT_OT_salient_bake(ModalOperator, bpy.types.Operator):
 
     bl_idname = "object.salient_bake"
     bl_label = "Salient Bake Normal Map"
-    __annotations__ = baking.annotations(SKIP_SAVE)
+    __annotations__ = baking.bake_annotations(SKIP_SAVE)
     _stage: Stage | None = None
     _child: Child | None = None
 

@@ -111,7 +111,9 @@ def add_cloud(
 
 def _layers(values: dict[str, NDArray[Any]], count: int) -> tuple[list[Layer], dict[str, float]]:
     """Return colours, normals and all other properties as attributes, and what was taken off."""
-    found, offsets, used = [], {}, {"x", "y", "z"}
+    found: list[Layer] = []
+    offsets: dict[str, float] = {}
+    used = {"x", "y", "z"}
     if set(RGB) <= values.keys():
         found.append(Layer(COLOR, "BYTE_COLOR", "POINT", _colors(values, count)))
         used |= {*RGB, "alpha"}

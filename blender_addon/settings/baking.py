@@ -8,7 +8,7 @@ from typing import Any
 from bpy.props import BoolProperty, FloatProperty, IntProperty
 
 
-def annotations(options: set[str]) -> dict[str, Any]:
+def bake_annotations(options: set[str]) -> dict[str, Any]:
     """Return the properties of a bake."""
     return {
         "bake_size": IntProperty(

@@ -18,7 +18,7 @@ def draw_target(layout: Any, settings: Any) -> None:
 
 def draw_output(layout: Any, settings: Any) -> None:
     """Draw what is taken and where the result goes."""
-    layout.prop(settings, "placement", expand=True)
+    layout.row().prop(settings, "placement", expand=True)
     layout.row().prop(settings, "symmetry", expand=True)
     layout.prop(settings, "source")
     layout.prop(settings, "output")

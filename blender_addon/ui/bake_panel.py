@@ -29,7 +29,7 @@ class VIEW3D_PT_salient_bake(bpy.types.Panel):
         layout.enabled = not figures.busy
         layout.use_property_split = True
         layout.use_property_decorate = False
-        for name in baking.annotations(set()):
+        for name in baking.bake_annotations(set()):
             layout.prop(context.scene.salient_simplify, name)
         layout.operator(bake.OBJECT_OT_salient_bake.bl_idname, text="Bake Normal Map")
 

@@ -6,8 +6,6 @@ from __future__ import annotations
 import argparse
 import json
 import os
-import re
-from pathlib import Path
 from typing import Any
 
 import salcore
@@ -25,7 +23,6 @@ from . import mesh_tiles
 ENDINGS = (".las", ".laz")
 SHARE = 0.5
 """Share of the free memory that is taken unless --memory says how much."""
-UNITS = {"": 1.0, "K": 1e3, "M": 1e6, "G": 1e9, "T": 1e12}
 IN_MEMORY = (
     "indices", "layer", "columns", "protect_selected", "keep_border", "keep_topology", "symmetry",
 )  # fmt: skip
@@ -39,52 +36,6 @@ ELSEWHERE = (
     "contrast",
 )
 """Parameters that need the whole cloud."""
-
-
-def add_tile_options(command: argparse.ArgumentParser) -> None:
-    """Add the options for scans that are larger than memory."""
-    group = command.add_argument_group(
-        "larger than memory: scans (LAS, LAZ, COPC) and meshes (binary PLY)"
-    )
-    group.add_argument(
-        "--tiled", action="store_true", help="work tile by tile, even if all fits into memory"
-    )
-    group.add_argument(
-        "--memory",
-        type=_size,
-        metavar="SIZE",
-        help="memory of all processes together, such as 8G (default: half of what is free); more "
-        "points than fit are worked on in tiles, by --workers processes",
-    )
-    group.add_argument(
-        "--work-folder",
-        type=Path,
-        metavar="FOLDER",
-        help="new folder for intermediate files, about 250 bytes a point (default: OUTPUT.work)",
-    )
-    group.add_argument(
-        "--tiles",
-        type=Path,
-        metavar="FOLDER",
-        help="new folder for the same points as one LAZ file a tile, with an index in JSON",
-    )
-    group.add_argument(
-        "--resume", type=Path, metavar="FOLDER", help="go on with the run in this work folder"
-    )
-    group.add_argument(
-        "--scheduler",
-        metavar="ADDRESS",
-        help="Dask scheduler that has the work done, such as tcp://host:8786; local starts one",
-    )
-
-
-def _size(text: str) -> float:
-    """Return the bytes that a text such as 8G names."""
-    match = re.fullmatch(r"([0-9.]+)\s*([KMGT]?)(?:i?B)?", text.strip(), re.IGNORECASE)
-    try:
-        return float(match[1]) * UNITS[match[2].upper()]  # type: ignore[index]
-    except (TypeError, ValueError) as error:
-        raise argparse.ArgumentTypeError(f"{text!r}: give a size such as 8G or 500M") from error
 
 
 def chosen(options: argparse.Namespace) -> bool:

@@ -74,6 +74,9 @@ def spill_samples(job: MeshJob, whole: Whole, plan: Refinement, tile: int) -> No
     shutil.rmtree(spare, ignore_errors=True)
     spare.mkdir()
     original, parameters = tile_of(job, tile), parameters_of(job)
+    if not original.owned.any():  # its points have no faces
+        spare.rename(folder)
+        return
     root = load(job.path(f"source-0-{tile}.npz"))["sources"][1]
     for turn, tiles in enumerate(plan.reach[tile], 1):
         parts = [load(job.path(f"source-{turn}-{k}.npz"))["sources"] for k in tiles]

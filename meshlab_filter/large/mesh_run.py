@@ -29,9 +29,9 @@ from .mesh_job import ROOM, SHARES, MeshJob, Pass
 from .mesh_refine import plan_refinement, refine, spill_samples
 from .mesh_write import write_mesh
 from .ply_blocks import WHOLE
-from .run import PROCESS, Each, _cluster, _pool
+from .run import PROCESS, Each, dask_cluster, worker_pool
 
-POINT = 1500
+POINT = 1000
 """Bytes that a worker takes at most for a point of a tile or its halo, and the two faces that go
 with it."""
 MOST, LEAST = 1_000_000, 20_000
@@ -104,7 +104,7 @@ def simplify_mesh(
     removed at the end, and stays where the run ends early.
     """
     work = Progress(progress)
-    backend = _cluster(scheduler, workers) if scheduler else _pool(job, workers)
+    backend = dask_cluster(scheduler, workers) if scheduler else worker_pool(job, workers)
     with backend as each, work_folder(job, resume=resume):
         job = replace(job, most=planned_size(job))
         try:
@@ -130,9 +130,12 @@ def _stages(
         f"interrupted, go on with --resume {job.folder}"
     )
     ranges = range(len(job.face_ranges()))
-    each(stages.spill, [(job, plan, k) for k in ranges], work.part(0.02, 0.08, "Tiles"))
-    part = work.part(0.08, 0.45, "Analysis")
-    each(stages.analyse, [(job, plan, k) for k in tiles], part)
+    if not all(job.path(f"statistics-{tile}.npz").exists() for tile in tiles):
+        each(stages.spill, [(job, plan, k) for k in ranges], work.part(0.02, 0.08, "Tiles"))
+        part = work.part(0.08, 0.45, "Analysis")
+        each(stages.analyse, [(job, plan, k) for k in tiles], part)
+    for k in ranges:
+        shutil.rmtree(job.path(f"spill-{k}"), ignore_errors=True)
     whole, places, whole_faces = _gather(job, len(tiles), warn)
     wanted = _wanted(job, places, whole_faces)
     passes = _passes(job, whole, Pass(0, plan.boxes, []), places, wanted, each, work, warn)

@@ -126,7 +126,7 @@ def simplify_tiles(
     output_header(job, warn)
     if tiles is not None and not is_published(job, tiles):
         check_folder(tiles)
-    backend = _cluster(scheduler, workers) if scheduler else _pool(job, workers)
+    backend = dask_cluster(scheduler, workers) if scheduler else worker_pool(job, workers)
     with backend as each, work_folder(job, resume=resume):
         job = replace(job, most=planned_size(job))
         try:
@@ -221,7 +221,7 @@ def _largest_tile(job: Job, plan: Plan, warn: Warn) -> int:
 
 
 @contextmanager
-def _pool(job: Job, workers: int) -> Iterator[Each]:
+def worker_pool(job: Job, workers: int) -> Iterator[Each]:
     """Give the work to a pool of processes."""
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(workers, context, _end_with_parent) as pool:
@@ -258,7 +258,7 @@ def _end_with_parent() -> None:
 
 
 @contextmanager
-def _cluster(scheduler: str, workers: int) -> Iterator[Each]:
+def dask_cluster(scheduler: str, workers: int) -> Iterator[Each]:
     """Give the work to a Dask cluster, which repeats what a lost worker did not finish."""
     try:
         distributed: Any = importlib.import_module("distributed")

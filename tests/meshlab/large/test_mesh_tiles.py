@@ -131,6 +131,25 @@ def test_big_endian_and_doubles_are_written_as_they_were(expected, tmp_path):
     np.testing.assert_array_equal(layer.points, before.points[layer.columns["id"]])
 
 
+def test_dask_writes_the_same_bytes(mesh, expected, tmp_path):
+    pytest.importorskip("distributed")
+    job = make_job(tmp_path / "work", mesh)
+    simplify_mesh(job, tmp_path / "light.ply", workers=2, scheduler="local")
+    assert (tmp_path / "light.ply").read_bytes() == expected
+
+
+def test_tiles_without_faces_do_no_harm(tmp_path):
+    points, faces = bumpy_torus()
+    rng = np.random.default_rng(1)
+    loose = 5.0 + rng.random((5000, 3))
+    path = write_mesh(tmp_path / "a.ply", np.concatenate([points, loose]), faces)
+    job = make_job(tmp_path / "work", path, "count", 700)
+    figures = simplify_mesh(job, tmp_path / "b.ply", workers=1)
+    (light,) = ply.read(tmp_path / "b.ply")
+    assert figures["kept_points"] == len(light.points) == 700
+    assert open_edges(light.faces) == (0, 0)
+
+
 @pytest.mark.skipif(os.name == "nt", reason="kills by signal")
 def test_a_killed_run_goes_on_where_it_was_and_writes_the_same(mesh, expected, tmp_path):
     output, work = tmp_path / "light.ply", tmp_path / "work"
