@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import os
 import resource
 import subprocess
 import time
@@ -28,12 +29,15 @@ class Taken:
         bytes, as looked at every `INTERVAL`.
     alone : float
         CPU seconds of the command's own process, while the others mostly wait.
+    load : float
+        Mean number of processes, of all users, that were ready to run.
     """
 
     cpu: float
     wall: float
     memory: float
     alone: float
+    load: float
 
     @property
     def on_two_cores(self) -> float:
@@ -51,14 +55,17 @@ def run(command: Sequence[str]) -> Taken:
     """
     before, begun = _children_seconds(), time.perf_counter()
     memory = alone = 0.0
+    loads = [os.getloadavg()[0]]
     with subprocess.Popen(command) as process:
         while process.poll() is None:
             memory = max(memory, _memory(process.pid))
             alone = max(alone, _seconds(process.pid, command))
+            loads.append(os.getloadavg()[0])
             time.sleep(INTERVAL)
     if process.returncode:
         raise SystemExit(f"{' '.join(command)}: ended with {process.returncode}")
-    return Taken(_children_seconds() - before, time.perf_counter() - begun, memory, alone)
+    wall, cpu = time.perf_counter() - begun, _children_seconds() - before
+    return Taken(cpu, wall, memory, alone, sum(loads) / len(loads))
 
 
 def _children_seconds() -> float:

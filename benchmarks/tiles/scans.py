@@ -122,12 +122,13 @@ def page(found: dict[str, Any]) -> str:
         "",
         "`python -m benchmarks.tiles.scans --models FOLDER` writes this page: LiDAR from LAZ to",
         "LAZ at 10 %, by two processes, against the same in memory. Memory is all processes'",
-        "together. *Two free cores* is worked out from CPU seconds, for the machine did other",
-        "things beside: those of the first process, and half of the others'.",
+        "together. *Wall on two free cores* is worked out from CPU seconds, for the machine did",
+        "other things beside: those of the first process, and half of the others'. *Load* is the",
+        "mean number of processes that were ready to run, on two cores.",
         "",
-        "| | points | tiles | CPU seconds | in memory | share | wall, two free cores | wall "
-        "measured, of in memory | GB | in memory |",
-        "|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|",
+        "| | points | tiles | CPU seconds | in memory | share | wall on two free "
+        "cores | wall measured (load) | in memory (load) | GB | in memory |",
+        "|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|",
     ]
     names = {"crop": "crop, with errors", "scan": "nine files", "one": "one of them"}
     for key, name in names.items():
@@ -173,11 +174,15 @@ def _taken_row(name: str, one: dict[str, Any]) -> str:
         whole = Taken(**one["whole"])
         cells += [f"{whole.cpu:.0f}", f"{tiled.cpu / whole.cpu:.2f}"]
         alone = f"{tiled.on_two_cores:.0f}" if tiled.alone > 1.0 else ""
-        cells += [alone, f"{tiled.wall / whole.wall:.2f}"]
+        cells += [alone, _wall(tiled), _wall(whole)]
         cells += [memory, f"{whole.memory / 1e9:.2f}"]
     else:
-        cells += ["", "", "", "", memory, ""]
+        cells += ["", "", "", _wall(tiled), "", memory, ""]
     return f"| {' | '.join(cells)} |"
+
+
+def _wall(taken: Taken) -> str:
+    return f"{taken.wall:.0f} ({taken.load:.0f})"
 
 
 def _agreement_row(name: str, one: dict[str, Any]) -> str:
