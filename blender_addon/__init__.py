@@ -9,12 +9,36 @@ import bpy
 from bpy.app.handlers import persistent
 
 from . import command
-from .operators import import_cloud, levels, live, measure, pick, preview, show, simplify, work
+from .operators import (
+    bake,
+    import_cloud,
+    levels,
+    live,
+    measure,
+    pick,
+    preview,
+    show,
+    simplify,
+    work,
+)
 from .settings import properties
 from .settings.figures import figures
-from .ui import panel
+from .ui import bake_panel, panel
 
-_MODULES = (properties, simplify, preview, levels, show, pick, live, measure, import_cloud, panel)
+_MODULES = (
+    properties,
+    simplify,
+    preview,
+    levels,
+    show,
+    pick,
+    live,
+    measure,
+    bake,
+    import_cloud,
+    panel,
+    bake_panel,
+)
 _commands: list[Any] = []
 
 

@@ -17,6 +17,7 @@ from .geometry.read import HostError
 from .geometry.topology import Reduced
 from .salcore import PRESETS, TARGETS, Parameter, Parameters, SalcoreError
 from .settings import properties
+from .settings.words import sentence
 from .worker import requests
 
 NAME = "salient_simplify"
@@ -24,6 +25,8 @@ KEEP = {"keep_seams": True, "keep_sharp": True, "keep_border": False, "keep_topo
 """What has to stay, unless options say something else."""
 MISTAKE = 2
 NO_WEIGHTS = {"protect": "", "importance": "", "importance_factor": 0.0}
+FIRST = {"weld": False, "remove_loose": False}
+"""What is done before, unless options say something else."""
 IMPORTERS: dict[str, tuple[str, dict[str, Any]]] = {
     ".ply": ("wm.ply_import", {}),
     ".obj": ("wm.obj_import", {}),
@@ -75,13 +78,15 @@ def make_parser() -> argparse.ArgumentParser:
     targets = parser.add_mutually_exclusive_group(required=True)
     for row in TARGETS:
         _add(targets, row)
-    for name, default in KEEP.items():
-        words = properties.keep_annotations(set())[name].keywords
+    for name, default in (KEEP | FIRST).items():
+        words = properties.input_annotations(set())[name].keywords
         option = f"--{name.replace('_', '-')}"
         text = words["description"].replace("%", "%%")
         parser.add_argument(
             option, action=argparse.BooleanOptionalAction, default=default, help=text
         )
+    text = properties.input_annotations(set())["symmetry"].keywords["description"]
+    parser.add_argument("--symmetry", choices=("x", "y", "z"), default="none", help=text)
     parser.add_argument(
         "--measure", action=argparse.BooleanOptionalAction, default=True,
         help="measure the errors; on large meshes this takes longer than the rest",
@@ -93,7 +98,7 @@ def make_parser() -> argparse.ArgumentParser:
 
 def _add(group: Any, row: Parameter) -> None:
     """Add the option of one row of the table; left out, the preset's value holds."""
-    words: dict[str, Any] = {"dest": row.name, "help": properties.sentence(row).replace("%", "%%")}
+    words: dict[str, Any] = {"dest": row.name, "help": sentence(row).replace("%", "%%")}
     if row.type is bool:
         words["action"] = argparse.BooleanOptionalAction
     elif row.type is str:
@@ -131,7 +136,8 @@ def _simplify(options: argparse.Namespace) -> str:
     if not found:
         raise HostError(f"input={options.input}: holds no mesh and no point cloud")
     before, after = sum(source.count for source in found), 0
-    kept = SimpleNamespace(**NO_WEIGHTS, **{name: getattr(options, name) for name in KEEP})
+    switches = {name: getattr(options, name) for name in KEEP | FIRST}
+    kept = SimpleNamespace(**NO_WEIGHTS, **switches, symmetry=options.symmetry.upper())
     answers: list[Any] = []
     notes: list[str] = []
     for k, source in enumerate(found):
@@ -140,7 +146,7 @@ def _simplify(options: argparse.Namespace) -> str:
             "parameters": parameters.as_dict(),
             "targets": [target],
             "number": k,
-            **sources.geometry_with_mesh(source, kept),
+            **sources.to_simplify(source, kept),
         }
         answers.append(requests.run(request))
     for source, answer in zip(found, answers, strict=True):

@@ -13,12 +13,15 @@ def main() -> int:
 
 
 def _run_command() -> int:
-    """Import the command, which takes a second, and run it."""
+    """Read the options, then import the command, which takes a second, and run it."""
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):  # a terminal may lack characters of a file name
             stream.reconfigure(errors="backslashreplace")
     try:
-        from .cli.command import main as command
+        from .cli.options import make_parser
+
+        options = make_parser().parse_args()
+        from .cli.command import run
     except ImportError as error:
         print(
             f"salient-simplify: error: {error}; the command needs what is installed by "
@@ -26,7 +29,7 @@ def _run_command() -> int:
             file=sys.stderr,
         )
         return FAILURE
-    return command()
+    return run(options)
 
 
 if __name__ == "__main__":

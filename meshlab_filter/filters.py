@@ -43,7 +43,7 @@ _DEFAULTS: dict[str, dict[str, Any]] = {}
 
 _ANALYSIS = {"preset": "default"} | {name: row.default for name, row in ROWS.items()}
 _SIMPLIFICATION = _ANALYSIS | dict.fromkeys(TARGETS) | {"protectselected": False}
-_MESH = {"keepseams": True, "keepborder": False, "keeptopology": False}
+_MESH = {"keepseams": True, "keepborder": False, "keeptopology": False, "symmetry": None}
 _MEASURE = {"errors": True}
 
 
@@ -205,6 +205,7 @@ def _simplify(
     keepseams: bool = True,
     keepborder: bool = False,
     keeptopology: bool = False,
+    symmetry: str | None = None,
     **parameters: Any,
 ) -> salcore.Simplification:
     """Simplify the current layer to the one target among the parameters.
@@ -227,6 +228,7 @@ def _simplify(
         keep_seams=keepseams,
         keep_border=keepborder,
         keep_topology=keeptopology,
+        symmetry=symmetry,
         progress=progress,
         **layers,
         **targets,
@@ -261,7 +263,8 @@ def compute_selection_by_interest_points_per_vertex(
         Called as ``progress(stage, fraction)``; returning False cancels.
     **parameters
         One target (`ratio`, `count`, `faces`, `maxerror` or `alpha`), `protectselected`,
-        `keepseams`, `keepborder`, `keeptopology`, `preset` and parameters of the analysis.
+        `keepseams`, `keepborder`, `keeptopology`, `symmetry`, `preset` and parameters of the
+        analysis.
 
     Returns
     -------
@@ -299,7 +302,8 @@ def generate_simplified_point_cloud_by_saliency(
         Called as ``progress(stage, fraction)``; returning False cancels.
     **parameters
         One target (`ratio`, `count`, `faces`, `maxerror` or `alpha`), `protectselected`,
-        `keepseams`, `keepborder`, `keeptopology`, `preset` and parameters of the analysis.
+        `keepseams`, `keepborder`, `keeptopology`, `symmetry`, `preset` and parameters of the
+        analysis.
 
     Returns
     -------
@@ -331,9 +335,10 @@ def meshing_decimation_by_saliency(
     colours, quality and wedge texture coordinates. Seams, where values of corners differ, are kept
     as lines; with `keepseams` False the error is smaller, but faces reach across them. With
     `keepborder` points on open borders neither move nor go, with `keeptopology` no part, hole or
-    handle does. A mesh with several textures keeps its texture coordinates, but not the textures.
-    pymeshlab cannot exchange the mesh of a layer, so the layer gets a new number and comes last;
-    its label and matrix are kept.
+    handle does; with `symmetry` "x", "y" or "z" a mesh that is the same on both sides of the plane
+    where that coordinate is 0 stays so. A mesh with several textures keeps its texture
+    coordinates, but not the textures. pymeshlab cannot exchange the mesh of a layer, so the layer
+    gets a new number and comes last; its label and matrix are kept.
 
     Parameters
     ----------
@@ -345,7 +350,8 @@ def meshing_decimation_by_saliency(
         Called as ``progress(stage, fraction)``; returning False cancels.
     **parameters
         One target (`ratio`, `count`, `faces`, `maxerror` or `alpha`), `protectselected`,
-        `keepseams`, `keepborder`, `keeptopology`, `preset` and parameters of the analysis.
+        `keepseams`, `keepborder`, `keeptopology`, `symmetry`, `preset` and parameters of the
+        analysis.
 
     Returns
     -------

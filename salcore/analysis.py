@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .arrays.blocks import set_workers
-from .arrays.types import Indices
+from .arrays.types import Indices, Ints
 from .cuts import Cuts
 from .decimation.cut import Ranking, input_ranking
 from .decimation.order import Elimination, eliminate
@@ -22,7 +22,11 @@ from .decimation.samples import Samples
 from .decimation.surface import elimination_surface
 from .decimation.targets import one_target
 from .decimation.weights import weigh_removals
+from .errors import ParameterError
+from .halves import find_half_count, find_whole_seams, half_analysis, join_halves
 from .input.constraints import Constraints, fingerprint
+from .input.geometry import Geometry
+from .input.twins import Twins, find_twins
 from .maps import Maps
 from .method.interest import select
 from .progress import Callback, Progress
@@ -36,6 +40,10 @@ class _Order:
     key: bytes = b""
     constraints: Constraints | None = None
     elimination: Elimination | None = None
+    halves: dict[str, tuple[Twins, Analysis]] = field(default_factory=dict)
+    """By the names of axes, what `Analysis.simplify` works on where it keeps a symmetry."""
+    whole_seams: Ints | None = None
+    """Of a half, the seams of the whole under the last constraints."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,6 +85,7 @@ class Analysis(Maps):
         keep_border: bool = False,
         keep_topology: bool = False,
         point_values: ArrayLike | None = None,
+        symmetry: str | None = None,
         progress: Callback | None = None,
         **target: float | None,
     ) -> Simplification:
@@ -122,6 +131,11 @@ class Analysis(Maps):
         point_values : (N, d) array_like of float, optional
             Values of points, such as colours, whose differences count beside distances, by
             `Parameters.attribute_weight`; the largest range among the columns is 1.
+        symmetry : str, optional
+            "x", "y" or "z": a mesh that is the same on both sides of the plane where this
+            coordinate is 0 stays so. One half is simplified and mirrored; points go in twins, so
+            that a target may be missed by one. What is protected or important on one side is so on
+            the other; the plane ends no border.
         progress : callable, optional
             Called with stage and fraction; returning False cancels.
 
@@ -130,8 +144,8 @@ class Analysis(Maps):
         ParameterError
             If not exactly one target is given, or it is out of bounds.
         GeometryError
-            If `protect` or `importance` is not one value a point, `seams` are no edges, or values
-            of corners are not for all corners.
+            If `protect` or `importance` is not one value a point, `seams` are no edges, values
+            of corners are not for all corners, or a mesh is not symmetrical.
         Cancelled
             If `progress` returned False.
 
@@ -156,32 +170,64 @@ class Analysis(Maps):
         """
         name, value = one_target(target)
         begun = time.perf_counter()
-        constraints = self._constrain(
-            protect=protect,
-            importance=importance,
-            seams=seams,
-            corner_values=corner_values,
-            corner_normals=corner_normals,
-            keep_seams=keep_seams,
-            keep_border=keep_border,
-            keep_topology=keep_topology,
-            point_values=point_values,
-        )
+        given: dict[str, Any] = {
+            "protect": protect,
+            "importance": importance,
+            "seams": seams,
+            "corner_values": corner_values,
+            "corner_normals": corner_normals,
+            "keep_seams": keep_seams,
+            "keep_border": keep_border,
+            "keep_topology": keep_topology,
+            "point_values": point_values,
+        }
         work = Progress(progress)
         with set_workers(self.parameters.workers):
+            if symmetry is not None:
+                return self._simplify_half(symmetry, name, value, given, begun, work)
+            constraints = self._constrain(**given)
             if name == "alpha":
                 return self._by_threshold(value, constraints, begun, work)
-            elimination = self._eliminate(constraints, work.part(0.0, 0.9))
-            cuts = Cuts(
-                self.geometry,
-                elimination,
-                constraints,
-                self.parameters,
-                self._samples,
-                self._result,
-            )
+            cuts = self._cuts(constraints, work.part(0.0, 0.9))
             count, notes = cuts.find_count(name, value, work.part(0.9, 0.98))
             return cuts.simplify(count, begun, notes, work.part(0.98, 1.0, "Cut"))
+
+    def _simplify_half(
+        self,
+        symmetry: str,
+        name: str,
+        value: float,
+        given: dict[str, Any],
+        begun: float,
+        work: Progress,
+    ) -> Simplification:
+        """Simplify the half on one side of a plane, and mirror it."""
+        if name == "alpha":
+            raise ParameterError(
+                "symmetry: a threshold α gives points and no faces; choose another target"
+            )
+        if symmetry not in self._order.halves:
+            twins = find_twins(self.geometry, symmetry)
+            part = work.part(0.0, 0.1, "Half")
+            self._order.halves[symmetry] = twins, half_analysis(self, twins, part)
+        twins, half = self._order.halves[symmetry]
+        if half.parameters is not self.parameters:  # of a draft
+            order = half._order
+            half = dataclasses.replace(half, parameters=self.parameters)
+            object.__setattr__(half, "_order", order)
+        constraints = half._constrain(twins, self.geometry, **given)
+        cuts = half._cuts(constraints, work.part(0.1, 0.9))
+        part = work.part(0.9, 0.98)
+        count, notes = find_half_count(self.geometry, cuts, name, value, part)
+        result = cuts.simplify(count, begun, notes, work.part(0.98, 1.0, "Cut"))
+        seams = half._order.whole_seams
+        return join_halves(self.geometry, self.frames.normals, twins, result, seams)
+
+    def _cuts(self, constraints: Constraints, work: Progress) -> Cuts:
+        """Return the cuts through the order under the last constraints."""
+        elimination = self._eliminate(constraints, work)
+        given = self.geometry, elimination, constraints, self.parameters, self._samples
+        return Cuts(*given, self._result)
 
     def ranking(
         self,
@@ -233,10 +279,18 @@ class Analysis(Maps):
         work.part(1.0, 1.0, "Ranking")
         return input_ranking(self.geometry, elimination, constraints)
 
-    def _constrain(self, **given: Any) -> Constraints:
-        """Return the constraints that are given, the last ones if these were given alike."""
+    def _constrain(
+        self, twins: Twins | None = None, whole: Geometry | None = None, **given: Any
+    ) -> Constraints:
+        """Return the constraints that are given, the last ones if these were given alike.
+
+        Those of a half are made from what is given for the whole.
+        """
         key = fingerprint(**given)
         if self._order.constraints is None or self._order.key != key:
+            if twins is not None and whole is not None:
+                self._order.whole_seams = find_whole_seams(whole, given)
+                given = twins.on_both_sides(given)
             self._order.constraints = Constraints.check(self.geometry, **given)
             self._order.key, self._order.elimination = key, None
         return self._order.constraints
@@ -285,7 +339,7 @@ class Analysis(Maps):
                 interest=self._interest_cost(part),
             )
             lines = np.concatenate([constraints.seams, self._region_lines(faces, part)])
-            part = work.part(0.2, 1.0, "Elimination")
+            part, plane = work.part(0.2, 1.0, "Elimination"), self.geometry.plane
             self._order.elimination = eliminate(
                 self.geometry.points,
                 faces,
@@ -296,6 +350,7 @@ class Analysis(Maps):
                 priority=self.geometry.priority,
                 wedges=constraints.wedges,
                 keep_topology=constraints.keep_topology and len(self.geometry.faces) > 0,
+                on_plane=None if plane is None else plane.on_plane,
             )
         return self._order.elimination
 

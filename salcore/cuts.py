@@ -148,7 +148,8 @@ class Cuts:
         def measure(count: int) -> float:
             return self.simplify(count, 0.0).largest_error()
 
-        return count_within(bound, estimate, measure, self.least, part)
+        start = int(np.count_nonzero(estimate > bound))
+        return count_within(bound, start, len(order), measure, self.least, part)
 
     def simplify(
         self,
@@ -172,7 +173,9 @@ class Cuts:
             if self.parameters.refine:
                 wedges = wedges_of_cut(elimination, constraints, ranks, origin)
                 fixed = fixed_edges(faces, source, constraints.seams, constraints.staying, wedges)
-                mesh = FlipMesh.of(faces, origin, len(source), fixed)
+                plane = geometry.plane
+                apart = None if plane is None else plane.on_plane
+                mesh = FlipMesh.of(faces, origin, len(source), fixed, apart)
                 positions = self._refine(mesh, source, positions, progress)
                 faces, origin = mesh.faces, mesh.corners
             corners, heir = corners_of_cut(geometry, elimination, constraints, ranks, origin)
@@ -202,6 +205,9 @@ class Cuts:
         positions = optimal_positions(
             points, self.geometry.faces, weight, source, faces, constraints.border
         )
+        plane = self.geometry.plane
+        if plane is not None:
+            positions[plane.on_plane, plane.axis] = plane.at
         positions[constraints.staying] = points[constraints.staying]
         return positions
 
@@ -212,8 +218,13 @@ class Cuts:
         if positions is None:
             refine_faces(mesh, self.geometry.points, self.samples, source, progress)
             return None
-        held = self.constraints.staying
-        return fit_positions(mesh, positions, self.samples, source, held, progress)
+        held, geometry = self.constraints.staying, self.geometry
+        original = geometry.points, geometry.faces
+        plane = geometry.plane
+        if plane is not None:
+            held = np.repeat(held[:, None], 3, axis=1)
+            held[plane.on_plane, plane.axis] = True
+        return fit_positions(mesh, positions, self.samples, source, held, original, progress)
 
     def _losses(self, ranks: int, faces: Indices) -> list[str]:
         """Return notes on the parts and the topology that the faces of a cut have lost."""

@@ -134,7 +134,8 @@ class Parameters:
         sentence="Neighbours: edges of the mesh, or of tangent-plane Delaunay stars on a cloud "
         "(surface); or edges of the 3D Delaunay triangulation, which ignores faces (delaunay).")
     neighbors: int = _row("Graph", 16, "Nearest neighbours", minimum=4, maximum=64,
-        sentence="Nearest points among which the star of a cloud's point is sought.")
+        sentence="Nearest points among which the star of a cloud's point is sought; more bridges "
+        "wider gaps, and takes longer.")
     level: int = _row("Graph", 1, "Level", minimum=1, maximum=8, unit="rings", symbol="k",
         sentence="Rings of neighbours that make a neighbourhood; more smooths noise and small "
         "features.")
@@ -144,7 +145,7 @@ class Parameters:
         "always fit planes (pca).")
     cells: int = _row("Saliency", 8, "Patch cells", minimum=1, maximum=32, symbol="n",
         sentence="Cells along each side of the square patch round a point, at the neighbours' "
-        "distance alone.")
+        "distance alone; more tells finer detail apart.")
     angle: str = _row("Saliency", "auto", "Angle", paper="squared",
         choices=("auto", "oriented", "unoriented", "squared"), symbol="(3.2)",
         sentence="Angle between normals: of vectors (oriented), of lines (unoriented), of vectors "
@@ -155,7 +156,7 @@ class Parameters:
     deviation_threshold: float = _row("Saliency", 9.0, "Deviation threshold", minimum=0.0,
         maximum=50.0, unit="%", symbol="x",
         sentence="Deviation factor from which a neighbour counts as deviating; 1 % is 3.6 "
-        "degrees.")
+        "degrees. More leaves gentle bends out.")
     counting: str = _row("Saliency", "ramp", "Counting", paper="step", choices=("ramp", "step"),
         symbol="C_x (3.6)",
         sentence="A neighbour counts by its share of the threshold, up to one (ramp), or only "
@@ -178,9 +179,11 @@ class Parameters:
     coarsest: float = _row("Saliency", 1.0, "Coarsest scale", paper=0.0, minimum=0.0,
         maximum=1e300,
         sentence="Largest scale that saliency is measured at, in per cent of the diagonal or as a "
-        "length (unit of scales); 0 measures at the neighbours' distance alone.")
+        "length (unit of scales): more finds larger features; 0 measures at the neighbours' "
+        "distance alone.")
     finest: float = _row("Saliency", 0.125, "Finest scale", minimum=0.0, maximum=1e300,
-        sentence="Smallest scale that saliency is measured at, however dense the points are.")
+        sentence="Smallest scale that saliency is measured at, however dense the points are; "
+        "more leaves small features out.")
     scale_unit: str = _row("Saliency", "diagonal", "Unit of scales",
         choices=("diagonal", "length"),
         sentence="Scales in per cent of the bounding box's diagonal, or as a length in the input's "
@@ -191,49 +194,53 @@ class Parameters:
         "regions that ridges of saliency enclose (basins: the faces of a part), or connected "
         "points of like saliency (components, as published).")
     region_contrast: float = _row("Regions", 0.25, "Contrast of islands", minimum=0.0, maximum=1.0,
-        sentence="Difference in saliency from which an island of their size stands apart.")
+        sentence="Difference in saliency from which an island of their size stands apart; more "
+        "gives fewer islands.")
     region_size: float = _row("Regions", 1.0, "Size of islands", minimum=0.0, maximum=100.0,
         unit="%",
         sentence="Size, in per cent of the diagonal, from which an island of their contrast stands "
-        "apart.")
+        "apart; more gives fewer islands.")
     persistence: float = _row("Regions", 0.17, "Depth of basins", minimum=0.0, maximum=1.0,
-        sentence="Depth in saliency from which a basin stays apart.")
+        sentence="Depth in saliency from which a basin stays apart; more gives fewer basins.")
     tolerance: float = _row("Regions", 0.08, "Tolerance", paper=0.00874, minimum=0.0, maximum=1.0,
         symbol="σ (4.1)",
-        sentence="Largest difference in saliency between neighbours of one component; the "
-        "threshold α uses these.")
+        sentence="Largest difference in saliency between neighbours of one component, which the "
+        "threshold α uses; more gives larger components.")
     collinear_angle: float = _row("Interest points", 60.0, "Collinear angle", paper=0.0,
         minimum=0.0, maximum=180.0, unit="degrees", symbol="(4.4)",
-        sentence="Turn along a region's boundary up to which its points count as collinear.")
+        sentence="Turn along a region's boundary up to which its points count as collinear; "
+        "more keeps fewer points of it.")
     alpha_rule: str = _row("Interest points", "add", "Rule of α", paper="multiply",
         choices=("add", "multiply"), symbol="(4.7)",
         sentence="Raise the mean saliency by α hundredths (add) or by α per cent of itself "
         "(multiply).")
     max_gap: int = _row("Interest points", 1, "Largest gap", paper=0, minimum=0, maximum=64,
         unit="rings",
-        sentence="No removed point is more rings away from a kept one than this; 0 turns the "
-        "guard off.")
+        sentence="No removed point is more rings away from a kept one than this: more lets wider "
+        "gaps be; 0 turns the guard off.")
     detail: float = _row("Elimination", 3.0, "Detail", minimum=0.0, maximum=100.0,
         sentence="Weight of saliency in the order of elimination: more lowers the error on "
         "features and raises it elsewhere; 0 looks at the shape alone.")
     interest_weight: float = _row("Elimination", 0.0, "Interest weight", minimum=0.0,
         maximum=100.0,
         sentence="Further weight of the points on the regions' boundaries in the order of "
-        "elimination.")
+        "elimination; more keeps more of them.")
     regions_of_interest: int = _row("Elimination", 0, "Regions of interest", minimum=0,
         maximum=2**31 - 1,
-        sentence="So many of the most salient regions are kept denser; 0 keeps none so.")
+        sentence="So many of the most salient regions are kept denser: more spreads the points "
+        "over more of them; 0 keeps none so.")
     interest_density: float = _row("Elimination", 4.0, "Interest density", minimum=1.0,
         maximum=100.0, unit="times",
         sentence="About how many times as dense the regions of interest are kept as they else "
-        "would be, against the rest.")
+        "would be, against the rest; more thins all else.")
     keep_regions: bool = _row("Elimination", False, "Keep regions' borders",
         sentence="Borders between regions stay as lines, as seams do.")
     evenness: float = _row("Elimination", 0.1, "Evenness", minimum=0.0, maximum=100.0,
         sentence="Weight of even spacing in the order of elimination, for points that no face "
-        "uses.")
+        "uses; more spreads them evenly, and follows features less.")
     border_weight: float = _row("Elimination", 1.0, "Border weight", minimum=0.0, maximum=1000.0,
-        sentence="Weight of open borders and rims against the faces beside them.")
+        sentence="Weight of open borders and rims against the faces beside them; more keeps more "
+        "of their points.")
     attribute_weight: float = _row("Elimination", 0.01, "Attribute weight", minimum=0.0,
         maximum=100.0, unit="spacings",
         sentence="How far from the surface a point of the most different colour seems to lie, in "
@@ -249,8 +256,8 @@ class Parameters:
         sentence="Largest error as a share of the bounding box's diagonal, or as a length in the "
         "input's unit.")
     workers: int = _row("Run", 0, "Workers", minimum=0, maximum=256,
-        sentence="Threads for the heavy steps; 0 takes one per processor. Results do not depend "
-        "on it.")
+        sentence="Threads for the heavy steps: more are faster, up to the number of processors; 0 "
+        "takes one for each. Results do not depend on it.")
     memory_check: bool = _row("Run", True, "Check memory",
         sentence="Refuse an input that would need more memory than the machine has free.")
     # fmt: on

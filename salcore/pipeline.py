@@ -104,6 +104,7 @@ def simplify(
     keep_border: bool = False,
     keep_topology: bool = False,
     point_values: ArrayLike | None = None,
+    symmetry: str | None = None,
     progress: Callback | None = None,
     **target: Any,
 ) -> Simplification:
@@ -146,6 +147,7 @@ def simplify(
         keep_border=keep_border,
         keep_topology=keep_topology,
         point_values=point_values,
+        symmetry=symmetry,
         progress=second,
         **target,
     )

@@ -30,7 +30,7 @@ OWN = (APART, RANK, PARENT, INDEX, CORNER)
 """Attributes that the live modifier needs."""
 ROW = 4096.0
 """Points in a row of the grid on which points of one ancestor meet."""
-VERSION = 2
+VERSION = 3
 """Of the node groups; one of another version is left alone and a new one made."""
 UNFIT = (
     "The geometry is another than the one Live Simplify was made for: press Live Simplify again, "
@@ -121,7 +121,7 @@ def _build(nodes: NodeBuilder, kind: Kind) -> None:
     nodes.input("Geometry", "Geometry")
     nodes.input(
         "Ratio", "Float", subtype="FACTOR", min_value=0.0, max_value=1.0, default_value=0.1,
-        description="Share of the points that stay",
+        description="Share of the points that stay; what is left is not refined as by Simplify",
     )  # fmt: skip
     for name, text in (
         ("Steps", "Doublings that lead every point to its last ancestor"),

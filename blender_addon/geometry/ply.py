@@ -1,31 +1,23 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Points of a PLY file in the precision they are stored in: Blender's own import rounds them."""
+"""Points of a PLY file in the precision they are stored in: Blender's own import rounds them.
+
+plyfile knows the grammar of headers and lists; tables of plain numbers are read by numpy at once.
+"""
 
 from __future__ import annotations
 
+import io
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .libraries import required
 from .read import HostError
 
-TYPES = {
-    "char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4",
-    "float": "f4", "double": "f8", "int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2",
-    "int32": "i4", "uint32": "u4", "float32": "f4", "float64": "f8",
-}  # fmt: skip
-ORDERS = {"binary_little_endian": "<", "binary_big_endian": ">", "ascii": ""}
-LONGEST_HEADER = 1 << 16
-
-
-class Element(NamedTuple):
-    """One element of a header: its name, number of rows, and properties' names and types."""
-
-    name: str
-    rows: int
-    properties: list[tuple[str, str]]
+LONGEST_HEADER = 1 << 20
+END = b"end_header"
 
 
 def read_points(path: Path) -> dict[str, NDArray[Any]]:
@@ -38,63 +30,60 @@ def read_points(path: Path) -> dict[str, NDArray[Any]]:
     OSError
         If it cannot be opened.
     """
+    plyfile = required("plyfile", path)
     with path.open("rb") as file:
-        kind, elements = _read_header(path, file)
-        for element in elements:
-            last = element.name == "vertex"
-            if any(of == "list" for _, of in element.properties):
-                raise _damaged(path, f"its {element.name} elements have lists before the vertices")
-            rows = _read_rows(path, file, element, kind)
-            if last:
-                if not {"x", "y", "z"} <= set(rows.dtype.names or ()):
-                    raise _damaged(path, "its vertices have no x, y and z")
-                return {name: rows[name] for name in rows.dtype.names or ()}
-    raise _damaged(path, "it has no vertices")
-
-
-def _damaged(path: Path, why: str) -> HostError:
-    return HostError(f"{path.name}: {why}; give a PLY file of points")
-
-
-def _read_header(path: Path, file: Any) -> tuple[str, list[Element]]:
-    """Return the format, and the elements up to the vertices."""
-    if file.readline(16).strip() != b"ply":
-        raise _damaged(path, "is no PLY file")
-    kind, elements = "", []
-    while True:
-        line = file.readline(LONGEST_HEADER)
-        words = line.decode("ascii", "replace").split()
-        if not line.endswith(b"\n") or file.tell() > LONGEST_HEADER:
-            raise _damaged(path, "its header has no end")
         try:
-            if words[:1] == ["end_header"]:
-                break
-            if words[:1] == ["format"]:
-                kind = words[1]
-            elif words[:1] == ["element"]:
-                elements.append(Element(words[1], int(words[2]), []))
-            elif words[:1] == ["property"]:
-                of = "list" if words[1] == "list" else TYPES[words[1]]
-                elements[-1].properties.append((words[-1], of))
-        except (IndexError, KeyError, ValueError):
-            raise _damaged(path, f"{' '.join(words)!r} in its header means nothing") from None
-    if kind not in ORDERS:
-        raise _damaged(path, f"its format is {kind!r}")
-    return kind, elements
+            header, counts = _read_header(plyfile, file)
+            names = [element.name for element in header.elements]
+            if "vertex" not in names:
+                raise _Damage("it has no vertices")
+            before = header.elements[: names.index("vertex") + 1]
+            if any(isinstance(p, plyfile.PlyListProperty) for e in before for p in e.properties):
+                rows = plyfile.PlyData.read(str(path))["vertex"].data
+            else:
+                for element in before:
+                    rows = _read_rows(header, file, element, counts[element.name])
+        except (_Damage, plyfile.PlyParseError, ValueError) as error:
+            said = " ".join(str(error).split()) or type(error).__name__
+            raise HostError(f"{path.name}: {said}; give a PLY file of points") from None
+    found = {name: rows[name] for name in rows.dtype.names or ()}
+    if not {"x", "y", "z"} <= found.keys():
+        raise HostError(f"{path.name}: its vertices have no x, y and z; give a PLY file of points")
+    return {name: values for name, values in found.items() if values.dtype != object}
 
 
-def _read_rows(path: Path, file: Any, element: Element, kind: str) -> NDArray[Any]:
+class _Damage(ValueError):
+    """What is wrong with a file."""
+
+
+def _read_header(plyfile: Any, file: Any) -> tuple[Any, dict[str, int]]:
+    """Return a file without rows that has a file's elements, and their numbers of rows."""
+    start = file.read(LONGEST_HEADER)
+    head, end, rest = start.partition(END)
+    if not start.startswith(b"ply"):
+        raise _Damage("is no PLY file")
+    if not end or b"\n" not in rest:
+        raise _Damage("its header has no end")
+    file.seek(len(head) + len(end) + rest.index(b"\n") + 1)
+    lines = head.decode("utf-8", "replace").replace("\r", "").split("\n")
+    counts: dict[str, int] = {}
+    for k, line in enumerate(lines):
+        words = line.split()
+        if words[:1] == ["element"] and len(words) == 3 and words[2].isdecimal():
+            counts[words[1]] = int(words[2])
+            lines[k] = f"element {words[1]} 0"
+    bare = "\n".join([*filter(None, lines), END.decode(), ""])
+    return plyfile.PlyData.read(io.BytesIO(bare.encode())), counts
+
+
+def _read_rows(header: Any, file: Any, element: Any, count: int) -> NDArray[Any]:
     """Return the values of an element's properties."""
-    order = ORDERS[kind]
-    dtype = np.dtype([(name, order + of) for name, of in element.properties])
-    if kind == "ascii":
-        try:
-            rows = np.loadtxt(file, dtype=dtype, max_rows=element.rows, ndmin=1, comments=None)
-        except ValueError as error:
-            raise _damaged(path, f"its {element.name} elements cannot be read: {error}") from None
+    dtype = np.dtype([(p.name, p.dtype(header.byte_order)) for p in element.properties])
+    if header.text:
+        rows = np.loadtxt(file, dtype=dtype, max_rows=count, ndmin=1, comments=None)
     else:
-        data = file.read(dtype.itemsize * element.rows)
+        data = file.read(dtype.itemsize * count)
         rows = np.frombuffer(data[: len(data) // dtype.itemsize * dtype.itemsize], dtype=dtype)
-    if len(rows) < element.rows:
-        raise _damaged(path, f"has {len(rows)} of {element.rows} {element.name} elements")
+    if len(rows) < count:
+        raise _Damage(f"has {len(rows)} of {count} {element.name} elements")
     return rows

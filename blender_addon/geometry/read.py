@@ -226,6 +226,9 @@ def weights(obj: Any, data: Any, name: str) -> NDArray[np.float64]:
     group = obj.vertex_groups.get(name) if is_mesh(data) else None
     if group is not None:
         return vertices.weights(data, name).astype(np.float64)
+    faces = _in_face_set(data, name)
+    if faces is not None:
+        return _largest_round(data, faces.astype(np.float64))
     attribute = data.attributes.get(name)
     domains = ("POINT", "FACE") if is_mesh(data) else ("POINT",)
     if attribute is None or attribute.domain not in domains or attribute.data_type not in WEIGHTS:
@@ -248,9 +251,32 @@ def weight_names(obj: Any) -> list[str]:
         for attribute in obj.data.attributes
         if attribute.domain in domains
         and attribute.data_type in WEIGHTS
-        and (not attribute.name.startswith(".") or attribute.name == SCULPT_MASK)
+        and (not attribute.name.startswith(".") or attribute.name in SCULPTED)
     ]
+    sets = _face_sets(obj.data)
+    if sets is not None:
+        found += [f"{FACE_SET}{number}" for number in np.unique(sets)[:MOST_SETS]]
     return [*(group.name for group in obj.vertex_groups if mesh), *found]
+
+
+def _face_sets(data: Any) -> NDArray[np.int32] | None:
+    """Return the number of each polygon's face set, as sculpting has them, or None."""
+    attribute = data.attributes.get(SCULPT_FACE_SET)
+    if attribute is None or (attribute.data_type, attribute.domain) != ("INT", "FACE"):
+        return None
+    values: NDArray[np.int32] = np.asarray(attributes.read(attribute))
+    return values
+
+
+def _in_face_set(data: Any, name: str) -> NDArray[np.bool_] | None:
+    """Return the polygons of the face set, or of all painted ones, that a name means, or None."""
+    number = name.removeprefix(FACE_SET)
+    wanted = name.startswith(FACE_SET) and number.isdecimal()
+    sets = _face_sets(data) if wanted or name == SCULPT_FACE_SET else None
+    if sets is None:
+        return None
+    chosen = np.asarray(sets == int(number) if wanted else sets != UNPAINTED)
+    return chosen if chosen.any() or not wanted else None
 
 
 def _largest_round(mesh: Any, values: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -264,7 +290,15 @@ def _largest_round(mesh: Any, values: NDArray[np.float64]) -> NDArray[np.float64
     return result
 
 
-SCULPT_MASK = ".sculpt_mask"
+SCULPT_FACE_SET = ".sculpt_face_set"
+SCULPTED = (".sculpt_mask", SCULPT_FACE_SET)
+"""Attributes of sculpting, which are hidden elsewhere."""
+FACE_SET = "Face Set "
+"""Followed by a number, one of the face sets."""
+UNPAINTED = 1
+"""Number of the face set that all polygons are in before any is painted."""
+MOST_SETS = 100
+"""Face sets that are offered by number."""
 SHARP = ("sharp_edge", "crease_edge", "bevel_weight_edge", "freestyle_edge")
 """Attributes of edges that make an edge a line to keep."""
 WEIGHTS = ("BOOLEAN", "FLOAT", "INT", "INT8")

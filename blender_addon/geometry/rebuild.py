@@ -61,7 +61,7 @@ def _shrink_mesh(mesh: Any, result: Reduced, matrix: Any, weighted: bool) -> Non
         skip = {"custom_normal"}
     sources: dict[str, NDArray[Any]] = {
         "POINT": result.indices,
-        "EDGE": shape.edge_source,
+        "EDGE": np.empty(0, dtype=np.int32) if shape.edge_source is None else shape.edge_source,
         "FACE": shape.polygons,
         "CORNER": shape.corners,
     }
@@ -103,7 +103,7 @@ def _moved(result: Reduced, matrix: Any, old: NDArray[np.float32]) -> NDArray[np
 
 def _build(mesh: Any, shape: Topology, points: NDArray[np.float32]) -> None:
     """Give a mesh that has only vertices their coordinates, edges and polygons."""
-    mesh.edges.add(len(shape.edges))
+    mesh.edges.add(0 if shape.edges is None else len(shape.edges))
     mesh.loops.add(len(shape.corners))
     mesh.polygons.add(len(shape.starts))
     mesh.polygons.foreach_set("loop_start", shape.starts)
@@ -113,8 +113,10 @@ def _build(mesh: Any, shape: Topology, points: NDArray[np.float32]) -> None:
         (".corner_vert", shape.vertices),
         (".corner_edge", shape.edge_of),
     ):
-        if len(values):
+        if values is not None and len(values):
             attributes.write(mesh.attributes[name], values)
+    if shape.edges is None:
+        mesh.update(calc_edges=True)
 
 
 def _move_shape_keys(mesh: Any, offsets: NDArray[np.float32]) -> None:

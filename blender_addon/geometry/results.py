@@ -12,6 +12,9 @@ from .read import HostError
 from .sources import Source
 from .topology import Reduced
 
+ORIGINAL = "salient_original"
+"""Custom property of new objects: the name of the one that they were made from."""
+
 
 def require_replaceable(source: Source) -> None:
     """Raise `HostError` if a result cannot take the place of its source."""
@@ -25,7 +28,7 @@ def require_replaceable(source: Source) -> None:
 def replace(source: Source, result: Reduced) -> list[Any]:
     """Put a result in the place of its source's geometry, and return the objects that show it."""
     old, obj = source.object.data, source.object
-    data = rebuild.shrink(source.data, result, obj.matrix_world, weighted=source.weighted)
+    data = rebuild.shrink(source.data, result, source.matrix, weighted=source.weighted)
     if source.fresh:
         name = old.name
         obj.data = data
@@ -51,7 +54,7 @@ def add(source: Source, result: Reduced, suffix: str, collection: Any = None) ->
     """
     data = source.data.copy()
     data.name = source.object.data.name + suffix
-    data = rebuild.shrink(data, result, source.object.matrix_world, weighted=source.weighted)
+    data = rebuild.shrink(data, result, source.matrix, weighted=source.weighted)
     return [_copy(obj, data, source.fresh, suffix, collection) for obj in source.objects]
 
 
@@ -73,6 +76,7 @@ def _copy(obj: Any, data: Any, applied: bool, suffix: str, collection: Any) -> A
         for key in list(obj.keys()):
             copy[key] = obj[key]
     copy.name = obj.name + suffix
+    copy[ORIGINAL] = obj.name
     collections = obj.users_collection if collection is None else [collection]
     for one in collections or [bpy.context.scene.collection]:
         one.objects.link(copy)

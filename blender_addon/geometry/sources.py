@@ -31,17 +31,27 @@ class Source:
         Whether `data` is a copy made for this work, of what the modifiers made.
     problem : HostError or None
         Why there are no data.
+    upright : bool
+        Whether lengths are measured along the first object's own axes, only scaled: its planes of
+        symmetry lie along these.
     """
 
     objects: list[Any]
     data: Any
     fresh: bool = False
     problem: HostError | None = None
+    upright: bool = False
 
     @property
     def object(self) -> Any:
         """The object whose matrix counts."""
         return self.objects[0]
+
+    @property
+    def matrix(self) -> Any:
+        """From the space of the data to the one that points are handed over in."""
+        matrix = self.object.matrix_world
+        return np.diag([*matrix.to_scale(), 1.0]) if self.upright else matrix
 
     @property
     def count(self) -> int:
@@ -68,6 +78,16 @@ class Source:
             raise HostError(
                 f"{self.object.name}: its scale is 0 along an axis, so it has no shape; scale it "
                 "to what it should be"
+            )
+
+    def require_axes(self) -> None:
+        """Raise `HostError` if the axes are not at right angles: no side is like the other then."""
+        axes = np.array(self.object.matrix_world)[:3, :3]
+        axes = axes / np.linalg.norm(axes, axis=0)
+        if np.abs(axes.T @ axes - np.eye(3)).max() > 1e-4:
+            raise HostError(
+                f"{self.object.name}: is sheared, so that its sides are not alike; apply its scale "
+                "and rotation, or turn Symmetry off"
             )
 
     def require_editable(self) -> None:
@@ -144,7 +164,7 @@ def _after_modifiers(obj: Any, depsgraph: Any) -> Any:
 
 def geometry(source: Source) -> dict[str, Any]:
     """Return points, triangles and normals of a source in world space, for a request."""
-    found = read.arrays(source.data, source.object.matrix_world)
+    found = read.arrays(source.data, source.matrix)
     return found._asdict()
 
 
@@ -159,6 +179,19 @@ def geometry_with_mesh(source: Source, settings: Any) -> dict[str, Any]:
         "protect": protected(source, settings.protect),
         "importance": important(source, settings.importance, settings.importance_factor),
         **{name: getattr(settings, name) for name in KEPT},
+    }
+
+
+def to_simplify(source: Source, settings: Any) -> dict[str, Any]:
+    """Return a source as `requests.simplify` wants it, cleaned and by halves as settings say."""
+    symmetry = None if settings.symmetry == "NONE" else settings.symmetry.lower()
+    source.upright = symmetry is not None
+    if source.upright:
+        source.require_axes()
+    return geometry_with_mesh(source, settings) | {
+        "symmetry": symmetry,
+        "weld": settings.weld,
+        "remove_loose": settings.remove_loose,
     }
 
 

@@ -130,11 +130,12 @@ class Topology(NamedTuple):
         Original polygon.
     vertices, corners : (C,) int32
         Vertex of each corner, and its original corner.
-    edge_of : (C,) int32
-        Edge from each corner to the next.
-    edges : (E, 2) int32
+    edge_of : (C,) int32 or None
+        Edge from each corner to the next. None, as the next two, where edges carry nothing and all
+        are sides of polygons: Blender finds those faster.
+    edges : (E, 2) int32 or None
         Vertices of the edges.
-    edge_source : (E,) int32
+    edge_source : (E,) int32 or None
         Original edge; -1 where there is none.
     triangle_corners : (C,) int32
         A corner of the simplification's triangles that each corner is: corner c of triangle f is
@@ -145,9 +146,9 @@ class Topology(NamedTuple):
     polygons: Ints32
     vertices: Ints32
     corners: Ints32
-    edge_of: Ints32
-    edges: Ints32
-    edge_source: Ints32
+    edge_of: Ints32 | None
+    edges: Ints32 | None
+    edge_source: Ints32 | None
     triangle_corners: Ints32
 
 
@@ -195,18 +196,28 @@ class Reduced(NamedTuple):
 
 def simplified(mesh: MeshArrays, result: Simplification) -> Topology:
     """Return the topology that `result` leaves of a mesh."""
-    starts, polygons, vertices, corners, of_triangles = _polygons(mesh, result)
-    sides = np.column_stack([vertices, vertices[_following(starts, len(vertices))]])
-    sides = np.concatenate([sides, _loose_edges(mesh, result)])
+    starts, polygons, vertices, corners, of_triangles = (
+        values.astype(np.int32) for values in _polygons(mesh, result)
+    )
+    loose = _loose_edges(mesh, result)
+    if mesh.edges is None and not len(loose):
+        return Topology(starts, polygons, vertices, corners, None, None, None, of_triangles)
+    start = np.concatenate([vertices, loose[:, 0]])
+    after = _following(starts.astype(np.int64), len(vertices))
+    end = np.concatenate([vertices[after], loose[:, 1]])
     count = max(len(result.indices), 1)
-    keys, edge_of = np.unique(sides.min(axis=1) * count + sides.max(axis=1), return_inverse=True)
-    edges = np.column_stack(np.divmod(keys, count))
-    edge_source = np.full(len(edges), -1, dtype=np.int64)
+    keys, edge_of = np.unique(
+        np.minimum(start, end).astype(np.int64) * count + np.maximum(start, end),
+        return_inverse=True,
+    )
+    edges = np.column_stack(np.divmod(keys, count)).astype(np.int32)
+    edge_source = np.full(len(edges), -1, dtype=np.int32)
     if mesh.edges is not None:
-        edge_source = result.edge_source(mesh.edges, edges)
-    edge_of = edge_of.ravel()[: len(vertices)]
-    found = (starts, polygons, vertices, corners, edge_of, edges, edge_source, of_triangles)
-    return Topology(*(values.astype(np.int32) for values in found))
+        edge_source = result.edge_source(mesh.edges, edges).astype(np.int32)
+    of_corner = edge_of.ravel()[: len(vertices)].astype(np.int32)
+    return Topology(
+        starts, polygons, vertices, corners, of_corner, edges, edge_source, of_triangles
+    )
 
 
 def blends(
@@ -294,30 +305,52 @@ def _polygons(mesh: MeshArrays, result: Simplification) -> tuple[Ints, Ints, Int
     """
     if result.faces is None or result.face_source is None or not len(result.faces):
         return (np.empty(0, dtype=np.int64),) * 5
-    old_vertices, polygon_of, origin = mesh.faces, mesh.polygons, result.face_source
+    if mesh.triangles is None:
+        return _triangles(mesh, result)
+    polygon_of, origin = mesh.polygons, result.face_source
     first, size = mesh.first.astype(np.int64), mesh.sizes
-    unchanged = (result.indices[result.faces] == old_vertices[origin]).all(axis=1)
-    left = np.bincount(polygon_of[origin[unchanged]], minlength=len(size))
+    # A triangle lies in a polygon, divided as it was or otherwise, whose corners it has.
+    assert result.corner_origin is not None
+    here = mesh.corners.ravel()[result.corner_origin]
+    of_corners = polygon_of[result.corner_origin // 3]
+    unchanged = (result.indices[result.faces] == mesh.vertices[here]).all(axis=1)
+    unchanged &= (of_corners == of_corners[:, :1]).all(axis=1)
+    polygon = np.where(unchanged, of_corners[:, 0], polygon_of[origin])
+    left = np.bincount(polygon[unchanged], minlength=len(size))
     whole = left == size - 2
-    rest = np.flatnonzero(~whole[polygon_of[origin]])
+    rest = np.flatnonzero(~(unchanged & whole[polygon]))
     source = _corner_source(mesh, result)[rest]
     place = np.full(len(result.source), -1, dtype=np.int64)
     place[result.indices] = np.arange(len(result.indices))
     intact = np.flatnonzero(whole)
     whole_corners = _ranges(first[intact], size[intact])
-    polygons = np.concatenate([intact, polygon_of[origin[rest]]])
+    polygons = np.concatenate([intact, polygon[rest]])
     sizes = np.concatenate([size[intact], np.full(len(rest), 3)])
     vertices = np.concatenate([place[mesh.vertices[whole_corners]], result.faces[rest].ravel()])
     corners = np.concatenate([whole_corners, mesh.corners.ravel()[source.ravel()]])
     of_triangle = np.arange(result.faces.size).reshape(-1, 3)
     there = np.zeros(len(mesh.vertices), dtype=np.int64)
-    there[mesh.corners[origin[unchanged]]] = of_triangle[unchanged]
+    there[here[unchanged]] = of_triangle[unchanged]
     of_triangles = np.concatenate([there[whole_corners], of_triangle[rest].ravel()])
     # Polygons keep the order of the original.
     order = np.argsort(polygons, kind="stable")
     moved = _ranges((np.cumsum(sizes) - sizes)[order], sizes[order])
     starts = np.cumsum(sizes[order]) - sizes[order]
     return starts, polygons[order], vertices[moved], corners[moved], of_triangles[moved]
+
+
+def _triangles(mesh: MeshArrays, result: Simplification) -> tuple[Ints, Ints, Ints, Ints, Ints]:
+    """Return what `_polygons` does, of a mesh of triangles."""
+    assert result.faces is not None
+    assert result.face_source is not None
+    starts, of_triangle = np.arange(0, result.faces.size, 3), np.arange(result.faces.size)
+    polygons, vertices = result.face_source, result.faces
+    corners = _corner_source(mesh, result)
+    if (polygons[1:] < polygons[:-1]).any():
+        order = np.argsort(polygons, kind="stable")
+        polygons, vertices, corners = polygons[order], vertices[order], corners[order]
+        of_triangle = of_triangle.reshape(-1, 3)[order].ravel()
+    return starts, polygons, vertices.ravel(), corners.ravel(), of_triangle
 
 
 def _corner_source(mesh: MeshArrays, result: Simplification) -> Ints:

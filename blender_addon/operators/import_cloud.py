@@ -12,7 +12,7 @@ from bpy.props import StringProperty
 from bpy_extras.io_utils import ImportHelper
 from numpy.typing import NDArray
 
-from ..geometry import attributes, ply, point_nodes, rebuild
+from ..geometry import attributes, las, ply, point_nodes, rebuild
 from ..geometry.attributes import Layer
 from ..geometry.read import HostError
 from ..worker import requests
@@ -21,17 +21,24 @@ from . import show
 OFFSET = "salient_offset"
 """Custom property of an imported object: what to add to its coordinates for those of the file."""
 COLOR = "Col"
+READERS = {".ply": ply.read_points, ".las": las.read_points, ".laz": las.read_points}
+"""What reads the points of a file of this ending."""
+RGB = ("red", "green", "blue")
+ROUNDING = 1e-6
+"""Share of their range by which values may be rounded with nothing taken off."""
 
 
 class IMPORT_OT_salient_cloud(bpy.types.Operator, ImportHelper):
-    """Import the points of a PLY file as a point cloud, in double precision with its offset off"""
+    """Import the points of a PLY, LAS or LAZ file as a cloud, exactly, with an offset taken off"""
 
     bl_idname = "import_scene.salient_cloud"
     bl_label = "Import Cloud"
     bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012 - Blender reads the class attribute
     filename_ext = ".ply"
     __annotations__ = {
-        "filter_glob": StringProperty(default="*.ply", options={"HIDDEN"}),
+        "filter_glob": StringProperty(
+            default=";".join(f"*{e}" for e in READERS), options={"HIDDEN"}
+        ),
         "filepath": StringProperty(subtype="FILE_PATH", options={"SKIP_SAVE"}),
     }
 
@@ -44,8 +51,7 @@ class IMPORT_OT_salient_cloud(bpy.types.Operator, ImportHelper):
         """Read the file and make the object."""
         path = Path(bpy.path.abspath(self.filepath))
         try:
-            values = ply.read_points(path)
-            obj, offset = add_cloud(context, path.stem, values)
+            obj, offset = add_cloud(context, path.stem, read_points(path))
         except (HostError, OSError, MemoryError) as error:
             self.report({"ERROR"}, str(error) or "not enough memory for this file")
             return {"CANCELLED"}
@@ -53,6 +59,14 @@ class IMPORT_OT_salient_cloud(bpy.types.Operator, ImportHelper):
         text = f"{len(obj.data.points):,} points; their offset {x:g}, {y:g}, {z:g} is in {OFFSET!r}"
         self.report({"INFO"}, f"{obj.name}: {text}")
         return {"FINISHED"}
+
+
+def read_points(path: Path) -> dict[str, NDArray[Any]]:
+    """Return the values of a file's points by name, in the file's precision."""
+    reader = READERS.get(path.suffix.lower())
+    if reader is None:
+        raise HostError(f"{path.name}: is none of {', '.join(READERS)}; convert it to one of them")
+    return reader(path)
 
 
 def add_cloud(
@@ -73,12 +87,15 @@ def add_cloud(
         raise HostError(f"{name}: has no points")
     offset = np.rint(0.5 * (finite.min(axis=0) + finite.max(axis=0)))
     near = (points - offset).astype(np.float32)
+    layers, offsets = _layers(values, len(points))
     cloud = rebuild.new_cloud(len(points))
     cloud.name = name
-    for layer in [Layer("position", "FLOAT_VECTOR", "POINT", near), *_layers(values, len(points))]:
+    for layer in [Layer("position", "FLOAT_VECTOR", "POINT", near), *layers]:
         attributes.write_layer(cloud, layer)
     obj = bpy.data.objects.new(name, cloud)
     obj[OFFSET] = offset.tolist()
+    for key, value in offsets.items():
+        obj[f"{OFFSET}_{key}"] = value
     context.collection.objects.link(obj)
     for other in context.selected_objects:
         other.select_set(False)
@@ -92,19 +109,14 @@ def add_cloud(
     return obj, offset
 
 
-def _layers(values: dict[str, NDArray[Any]], count: int) -> list[Layer]:
-    """Return colours, normals and all other properties as attributes."""
-    found, used = [], {"x", "y", "z"}
-    colors = ("red", "green", "blue")
-    if used.isdisjoint(colors) and set(colors) <= set(values):
-        names = (*colors, "alpha") if "alpha" in values else colors
-        rgba = np.ones((count, 4), dtype=np.float32)
-        for k, channel in enumerate(names):
-            array = values[channel]
-            largest = 255.0 if array.dtype.kind in "iu" else 1.0
-            rgba[:, k] = array / largest
-        found.append(Layer(COLOR, "BYTE_COLOR", "POINT", rgba))
-        used |= set(names)
+def _layers(values: dict[str, NDArray[Any]], count: int) -> tuple[list[Layer], dict[str, float]]:
+    """Return colours, normals and all other properties as attributes, and what was taken off."""
+    found: list[Layer] = []
+    offsets: dict[str, float] = {}
+    used = {"x", "y", "z"}
+    if set(RGB) <= values.keys():
+        found.append(Layer(COLOR, "BYTE_COLOR", "POINT", _colors(values, count)))
+        used |= {*RGB, "alpha"}
     axes = ("nx", "ny", "nz")
     if set(axes) <= set(values):
         normals = np.column_stack([values[axis] for axis in axes]).astype(np.float32)
@@ -112,10 +124,38 @@ def _layers(values: dict[str, NDArray[Any]], count: int) -> list[Layer]:
         used |= set(axes)
     for name, array in values.items():
         if name not in used:
-            whole = array.dtype.kind in "iu" and array.dtype.itemsize < 4
-            kind = "INT" if whole or array.dtype.kind == "i" else "FLOAT"
-            found.append(Layer(name, kind, "POINT", array))
-    return found
+            layer, offset = _number(name, array)
+            found.append(layer)
+            offsets |= {name: offset} if offset else {}
+    return found, offsets
+
+
+def _colors(values: dict[str, NDArray[Any]], count: int) -> NDArray[np.float32]:
+    """Return colours (count, 4) from 0 to 1; whole ones reach to 255 or, where any does, 65535."""
+    rgba = np.ones((count, 4), dtype=np.float32)
+    names = [name for name in (*RGB, "alpha") if name in values]
+    largest = max(float(np.nan_to_num(values[name]).max(initial=0)) for name in RGB)
+    whole = values["red"].dtype.kind in "iu" or largest > 1.0
+    top = (65535.0 if largest > 255.0 else 255.0) if whole else 1.0
+    for k, name in enumerate(names):
+        rgba[:, k] = values[name] / top
+    return rgba
+
+
+def _number(name: str, array: NDArray[Any]) -> tuple[Layer, float]:
+    """Return an attribute, and what was taken off, lest single precision should round it."""
+    if array.dtype.kind in "iub":
+        low, high = (int(array.min(initial=0)), int(array.max(initial=0)))
+        if low >= -(2**31) and high < 2**31:
+            return Layer(name, "INT", "POINT", array), 0.0
+    wide = array.astype(np.float64)
+    finite = wide[np.isfinite(wide)]
+    near = float(np.abs(finite.astype(np.float32) - finite).max(initial=0.0))
+    offset = float(np.rint(0.5 * (finite.min() + finite.max()))) if len(finite) else 0.0
+    # Only where the values lie far from 0, for how far they lie apart.
+    if near > ROUNDING * (float(np.ptp(finite)) if len(finite) else 0.0):
+        return Layer(name, "FLOAT", "POINT", (wide - offset).astype(np.float32)), offset
+    return Layer(name, "FLOAT", "POINT", wide.astype(np.float32)), 0.0
 
 
 CLASSES: tuple[Any, ...] = (IMPORT_OT_salient_cloud,)
@@ -123,4 +163,6 @@ CLASSES: tuple[Any, ...] = (IMPORT_OT_salient_cloud,)
 
 def draw_import(self: Any, context: Any) -> None:
     """Draw the entry of the menu of imports."""
-    self.layout.operator(IMPORT_OT_salient_cloud.bl_idname, text="Cloud, precise (.ply)")
+    self.layout.operator(
+        IMPORT_OT_salient_cloud.bl_idname, text="Cloud, precise (.ply, .las, .laz)"
+    )

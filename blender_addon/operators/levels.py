@@ -44,7 +44,7 @@ class OBJECT_OT_salient_levels(ModalOperator, bpy.types.Operator):
             "parameters": properties.parameters(self).as_dict(),
             "targets": self._targets,
             "number": number,
-            **sources.geometry_with_mesh(source, self),
+            **sources.to_simplify(source, self),
         }
 
     def commit(self, context: Any, answers: list[dict[str, Any]]) -> None:

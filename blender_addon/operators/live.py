@@ -33,7 +33,7 @@ DEFORMING = {
 
 
 class OBJECT_OT_salient_live(ModalOperator, bpy.types.Operator):
-    """Store the order of removal, and add a modifier with a slider that simplifies at once"""
+    """Store the order of removal, and add a modifier whose slider cuts at once, without refining"""
 
     bl_idname = "object.salient_live"
     bl_label = "Salient Live Simplify"
@@ -96,7 +96,9 @@ class OBJECT_OT_salient_live(ModalOperator, bpy.types.Operator):
                 obj.update_tag()
             data.update_tag()
         names = ", ".join(obj.name for source in self._sources for obj in source.objects)
-        self._message = f"{names}: slide Ratio in the modifier {MODIFIER!r}"
+        self._message = (
+            f"{names}: slide Ratio in the modifier {MODIFIER!r}, which shows the cut unrefined"
+        )
 
     def conclude(self, context: Any) -> None:
         """Tell where the slider is."""

@@ -63,7 +63,7 @@ class Preview:
             "number": number,
             "original_normals": self.settings.original_normals,
             "draft": True,
-            **sources.geometry_with_mesh(self.sources[number], self.settings),
+            **sources.to_simplify(self.sources[number], self.settings),
         }
 
     def advance(self, context: Any) -> str:
@@ -118,8 +118,9 @@ class Preview:
         else:
             for source, copies, result in zip(self.sources, self.copies, found, strict=True):
                 _exchange(source, copies, result)
+        names = ", ".join(source.object.name for source in self.sources)
         figures.show(
-            title=", ".join(source.object.name for source in self.sources),
+            title=names if self.finishing else f"{names}: a draft, refined by Apply",
             points_before=sum(source.count for source in self.sources),
             points_after=sum(len(result.indices) for result in found),
             faces_before=sum(answer["triangles"] for answer in answers),
@@ -172,8 +173,7 @@ def _exchange(source: Source, copies: list[Any], result: Reduced) -> None:
     old = copies[0].data
     name = old.name
     data = source.data.copy()
-    matrix = source.object.matrix_world
-    data = rebuild.shrink(data, result, matrix, weighted=source.weighted)
+    data = rebuild.shrink(data, result, source.matrix, weighted=source.weighted)
     for obj in copies:
         obj.data = data
     (bpy.data.meshes if read.is_mesh(old) else bpy.data.pointclouds).remove(old)
@@ -181,7 +181,7 @@ def _exchange(source: Source, copies: list[Any], result: Reduced) -> None:
 
 
 class OBJECT_OT_salient_preview(bpy.types.Operator):
-    """Show a result that follows the target below, until you apply it; Esc removes it"""
+    """Show a draft that follows the target in the panel; Apply refines it, Esc removes it"""
 
     bl_idname = "object.salient_preview"
     bl_label = "Salient Preview"

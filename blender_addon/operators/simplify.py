@@ -14,7 +14,7 @@ from ..geometry.sources import Source
 from ..geometry.topology import Reduced
 from ..settings import properties
 from ..settings.figures import figures
-from ..settings.layout import draw_kept, draw_output, draw_target
+from ..settings.layout import draw_clean, draw_kept, draw_output, draw_target
 from .base import LARGE, SKIP_SAVE, ModalOperator, show_errors, whole_errors
 
 
@@ -49,7 +49,7 @@ class OBJECT_OT_salient_simplify(ModalOperator, bpy.types.Operator):
             "targets": [properties.target(self)],
             "number": number,
             "original_normals": self.original_normals,
-            **sources.geometry_with_mesh(source, self),
+            **sources.to_simplify(source, self),
         }
 
     def commit(self, context: Any, answers: list[dict[str, Any]]) -> None:
@@ -121,6 +121,7 @@ class OBJECT_OT_salient_simplify(ModalOperator, bpy.types.Operator):
             self.layout.prop(self, "hide_source")
             return
         draw_output(self.layout, self)
+        draw_clean(self.layout, self, None)
         draw_kept(self.layout, self)
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Pack the Blender extension: one zip for each platform, with scipy's wheels inside.
+"""Pack the Blender extension: one zip for each platform, with wheels inside.
 
 Run ``python blender_addon/packaging/package.py``. This folder itself stays outside the zip.
 """
@@ -22,30 +22,50 @@ MANIFEST = "blender_manifest.toml"
 
 
 class Wheel(NamedTuple):
-    """One wheel of scipy: the Python it is for, its version and its platform tag."""
+    """One wheel: its library and version, the Python that it is for, and its platform's tag."""
 
-    python: str
+    library: str
     version: str
+    python: str
     tag: str
 
+
+PURE = (Wheel("laspy", "2.7.0", "py3", "any"), Wheel("plyfile", "1.1.3", "py3", "any"))
+"""Readers of scans without code of their own for a platform; laspy wants lazrs for LAZ."""
+LAZRS = "0.8.2"
+OLDEST = "311"
+"""Python that wheels for all of them are asked for."""
 
 # What each platform's zip carries. No Blender brings scipy along, all bring numpy. Blender 4.5
 # and 5.0 run Python 3.11, later ones 3.13; 4.5 was the last to run on Macs with Intel processors.
 # Blender picks wheels without a look at the system's version, so each tag is the oldest there is.
 WHEELS = {
     "linux-x64": (
-        Wheel("3.11", "1.17.1", "manylinux_2_28_x86_64"),
-        Wheel("3.13", "1.18.1", "manylinux_2_28_x86_64"),
+        Wheel("scipy", "1.17.1", "cp311", "manylinux_2_28_x86_64"),
+        Wheel("scipy", "1.18.1", "cp313", "manylinux_2_28_x86_64"),
+        Wheel("lazrs", LAZRS, "cp311", "manylinux_2_17_x86_64"),
+        Wheel("lazrs", LAZRS, "cp313", "manylinux_2_17_x86_64"),
+        *PURE,
     ),
     "windows-x64": (
-        Wheel("3.11", "1.17.1", "win_amd64"),
-        Wheel("3.13", "1.18.1", "win_amd64"),
+        Wheel("scipy", "1.17.1", "cp311", "win_amd64"),
+        Wheel("scipy", "1.18.1", "cp313", "win_amd64"),
+        Wheel("lazrs", LAZRS, "cp311", "win_amd64"),
+        Wheel("lazrs", LAZRS, "cp313", "win_amd64"),
+        *PURE,
     ),
     "macos-arm64": (
-        Wheel("3.11", "1.17.1", "macosx_12_0_arm64"),
-        Wheel("3.13", "1.18.1", "macosx_12_0_arm64"),
+        Wheel("scipy", "1.17.1", "cp311", "macosx_12_0_arm64"),
+        Wheel("scipy", "1.18.1", "cp313", "macosx_12_0_arm64"),
+        Wheel("lazrs", LAZRS, "cp311", "macosx_11_0_arm64"),
+        Wheel("lazrs", LAZRS, "cp313", "macosx_11_0_arm64"),
+        *PURE,
     ),
-    "macos-x64": (Wheel("3.11", "1.17.1", "macosx_10_14_x86_64"),),
+    "macos-x64": (
+        Wheel("scipy", "1.17.1", "cp311", "macosx_10_14_x86_64"),
+        Wheel("lazrs", LAZRS, "cp311", "macosx_10_12_x86_64"),
+        *PURE,
+    ),
 }
 
 
@@ -62,7 +82,7 @@ def stage(folder: Path, wheels: Mapping[str, Sequence[Path]] | None = None) -> N
         Where to; may exist already, files of the same name are replaced.
     wheels : mapping of str to sequence of Path, optional
         The wheels to bundle for each of Blender's platforms. Without them the manifest names
-        neither platforms nor wheels, and scipy must come from elsewhere.
+        neither platforms nor wheels, and the libraries must come from elsewhere.
     """
     unwanted = shutil.ignore_patterns("__pycache__", ".*", "*.pyc", "packaging")
     shutil.copytree(ADDON, folder, ignore=unwanted, dirs_exist_ok=True)
@@ -100,7 +120,9 @@ def fetch(wheel: Wheel, folder: Path) -> Path:
     PackageError
         If there is no such wheel.
     """
-    pattern = f"scipy-{wheel.version}-cp{wheel.python.replace('.', '')}-*{wheel.tag}.whl"
+    library, version, python, tag = wheel
+    number = OLDEST if python == "py3" else python.removeprefix("cp")
+    pattern = f"{library}-{version}-{python}-*{tag}*.whl"
 
     def present() -> list[Path]:
         # A download that was cut short is no zip file and counts as missing.
@@ -111,10 +133,10 @@ def fetch(wheel: Wheel, folder: Path) -> Path:
             # Without the check for a newer pip, whose notice would hide what went wrong.
             *("-m", "pip", "--disable-pip-version-check", "download", "--quiet"),
             *("--no-deps", "--only-binary=:all:"),
-            *("--python-version", wheel.python, "--platform", wheel.tag, "--dest", str(folder)),
-            f"scipy=={wheel.version}",
+            *("--python-version", number, "--platform", tag, "--dest", str(folder)),
+            f"{library}=={version}",
         )
-        failure = f"no wheel of scipy {wheel.version} for Python {wheel.python} and {wheel.tag}"
+        failure = f"no wheel of {library} {version} for {python} and {tag}"
         _run(command, failure)
         if not present():
             raise PackageError(f"{failure}: pip chose another one")
@@ -207,7 +229,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     int
         The exit status: 0, or 2 after an error.
     """
-    parser = argparse.ArgumentParser(description="Pack the Blender extension, scipy included.")
+    parser = argparse.ArgumentParser(description="Pack the Blender extension, libraries included.")
     parser.add_argument(
         "--platform", action="append", choices=WHEELS, help="may be repeated; default: all"
     )

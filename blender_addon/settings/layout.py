@@ -5,6 +5,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from ..geometry.findings import Found
+
 
 def draw_target(layout: Any, settings: Any) -> None:
     """Draw the target and its value."""
@@ -16,12 +18,22 @@ def draw_target(layout: Any, settings: Any) -> None:
 
 def draw_output(layout: Any, settings: Any) -> None:
     """Draw what is taken and where the result goes."""
-    layout.prop(settings, "placement", expand=True)
+    layout.row().prop(settings, "placement", expand=True)
+    layout.row().prop(settings, "symmetry", expand=True)
     layout.prop(settings, "source")
     layout.prop(settings, "output")
     if settings.output == "NEW":
         layout.prop(settings, "hide_source")
     layout.prop(settings, "measure")
+
+
+def draw_clean(layout: Any, settings: Any, found: Found | None) -> None:
+    """Draw what is done first, and what there is to do of the active object."""
+    column = layout.column(heading="First", align=True)
+    for name in ("weld", "remove_loose"):
+        column.prop(settings, name)
+    # Always a line: no button below moves.
+    column.label(text="" if found is None else found.sentence)
 
 
 def draw_kept(layout: Any, settings: Any) -> None:

@@ -11,7 +11,9 @@ from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, St
 
 from ..geometry import read
 from ..salcore import PRESETS, TABLE, TARGETS, Parameter, Parameters
+from . import baking
 from .figures import Figures, figures
+from .words import choice_label, label, sentence
 
 HIDDEN = {"error_unit"}
 """Rows that a scene decides: lengths are always in its unit."""
@@ -31,8 +33,6 @@ OUTPUTS = (
     ("NEW", "New Object", "Put the result into a new object beside the original"),
     ("IN_PLACE", "In Place", "Replace the geometry of the object and of all that share it"),
 )
-LABELS = {"faces": "Triangles"}
-"""Names that Blender's users know, where they are not the table's."""
 DEFAULTS = {"placement": "optimal"}
 """Defaults that are others than the table's: in Blender a mesh is to look like the original."""
 LEVEL_TARGETS = ("ratio", "faces", "max_error")
@@ -46,26 +46,11 @@ MORE_PRESETS = {
 """Presets beside salcore's, as changes to its default."""
 
 
-def sentence(row: Parameter) -> str:
-    """Return what a row of the table means here."""
-    if row.name == "placement":
-        return (
-            "Kept vertices of a mesh move to where the error is least (optimal), or stay original "
-            "points (original); points of clouds always stay."
-        )
-    if row.name == "max_error":
-        return (
-            "About the fewest points whose surface is nowhere further than this from an original "
-            "point, in the scene's unit."
-        )
-    return row.sentence
-
-
 def _property(row: Parameter, options: set[str]) -> Any:
     """Return the Blender property of a row of the table."""
     symbol = f" Paper: {row.symbol}." if row.symbol else ""
     words: dict[str, Any] = {
-        "name": LABELS.get(row.name, row.label),
+        "name": label(row),
         "description": (sentence(row) + symbol).rstrip("."),  # Blender adds the full stop
         "default": DEFAULTS.get(row.name, row.default),
         "options": options,
@@ -73,7 +58,7 @@ def _property(row: Parameter, options: set[str]) -> Any:
     if row.type is bool:
         return BoolProperty(**words)
     if row.type is str:
-        items = tuple((choice, _label(choice), "") for choice in row.choices)
+        items = tuple((choice, choice_label(choice), "") for choice in row.choices)
         return EnumProperty(items=items, **words)
     if row.type is int:
         return IntProperty(min=int(row.minimum), max=min(int(row.maximum), 2**31 - 1), **words)
@@ -89,16 +74,9 @@ def _property(row: Parameter, options: set[str]) -> Any:
     )
 
 
-def _label(choice: str) -> str:
-    return "PCA" if choice == "pca" else choice.capitalize()
-
-
 def target_annotations(options: set[str]) -> dict[str, Any]:
     """Return the properties that say how far to go."""
-    items = tuple(
-        (row.name.upper(), LABELS.get(row.name, row.label), sentence(row).rstrip("."))
-        for row in TARGETS
-    )
+    items = tuple((row.name.upper(), label(row), sentence(row).rstrip(".")) for row in TARGETS)
     return {
         "target": EnumProperty(
             items=items, name="Target", description="What to reach", options=options
@@ -155,6 +133,28 @@ def input_annotations(options: set[str]) -> dict[str, Any]:
             description="Which geometry of the object to take",
             options=options,
         ),
+        "symmetry": EnumProperty(
+            items=(
+                ("NONE", "Off", "Both sides go their own ways"),
+                *((axis, axis, f"Left and right along the object's {axis}") for axis in "XYZ"),
+            ),
+            name="Symmetry",
+            description="A mesh that is the same on both sides of its origin, along this axis, "
+            "stays so exactly: one half is simplified and mirrored. One that is not is left as it "
+            "is, and the points that differ are counted",
+            options=options,
+        ),
+        "weld": BoolProperty(
+            name="Join Doubles",
+            description="Points that lie exactly on another are joined to it first: a surface "
+            "whose polygons do not hold together becomes one",
+            options=options,
+        ),
+        "remove_loose": BoolProperty(
+            name="Remove Loose",
+            description="Points of a mesh that no polygon and no edge uses are removed first",
+            options=options,
+        ),
         **keep_annotations(options),
     }
 
@@ -170,14 +170,15 @@ def keep_annotations(options: set[str]) -> dict[str, Any]:
         "protect": StringProperty(
             name="Protect",
             description="Vertex group, or attribute of points or faces, whose points are never "
-            "removed: those of a weight above zero. The sculpt mask is .sculpt_mask",
+            "removed: those of any weight above zero, however small. The sculpt mask is "
+            ".sculpt_mask; .sculpt_face_set are all face sets that were painted, Face Set 3 is one",
             search=_weights,
             options=options,
         ),
         "importance": StringProperty(
             name="Importance",
-            description="Vertex group, or attribute of points or faces, such as one painted: its "
-            "weights say where more points are to stay",
+            description="Vertex group, or attribute of points or faces, such as one painted: it "
+            "works by its strength, more points stay where the weights are larger",
             search=_weights,
             options=options,
         ),
@@ -260,10 +261,7 @@ def level_annotations(options: set[str]) -> dict[str, Any]:
     rows = [row for row in TARGETS if row.name in LEVEL_TARGETS]
     return {
         "levels_by": EnumProperty(
-            items=tuple(
-                (row.name.upper(), LABELS.get(row.name, row.label), sentence(row).rstrip("."))
-                for row in rows
-            ),
+            items=tuple((row.name.upper(), label(row), sentence(row).rstrip(".")) for row in rows),
             name="Levels by",
             description="What the numbers of the levels mean",
             options=options,
@@ -298,6 +296,7 @@ class SalientSettings(bpy.types.PropertyGroup):
         **level_annotations(set()),
         **region_annotations(set()),
         "by_saliency": show_annotations(set())["by_saliency"],
+        **baking.bake_annotations(set()),
     }
 
     def use_preset(self, name: str) -> None:

@@ -10,10 +10,11 @@ import bpy
 from bl_operators.presets import AddPresetBase
 from bl_ui.utils import PresetPanel
 
+from ..geometry import findings
 from ..operators import import_cloud, levels, live, measure, pick, preview, show, simplify, work
 from ..settings import properties
 from ..settings.figures import figures
-from ..settings.layout import draw_kept, draw_output, draw_target
+from ..settings.layout import draw_clean, draw_kept, draw_output, draw_target
 
 PRESETS = "salient_simplify"
 """Folder of the presets, in Blender's preset folders."""
@@ -75,6 +76,7 @@ class VIEW3D_PT_salient_quality(_Panel, bpy.types.Panel):
         layout.enabled = not figures.busy
         layout.use_property_split = True
         layout.use_property_decorate = False
+        draw_clean(layout, settings, findings.look(context.object))
         draw_kept(layout, settings)
         for name in ("protect", "importance"):
             layout.prop(settings, name)
@@ -131,6 +133,7 @@ class VIEW3D_PT_salient_more(_Panel, bpy.types.Panel):
         column.operator(pick.OBJECT_OT_salient_pick_regions.bl_idname, text="Pick Regions")
         column = self.layout.column()
         column.operator(live.OBJECT_OT_salient_live.bl_idname, text="Live Simplify")
+        column.label(text="Live shows the cut, not refined")
         for name in ("levels_by", "ratios", "arrange"):
             column.prop(settings, name)
         column.operator(levels.OBJECT_OT_salient_levels.bl_idname, text="Levels of Detail")

@@ -2,40 +2,30 @@
 """What the worker can be asked: plain functions, arrays and plain values in and out.
 
 The child runs them, and so does Blender's own process where there is no child, with the same
-results. The last analyses are kept, by what they were made from, so that another ratio comes at
-once: an undo, a copy or a rename finds its analysis again and an edit misses it, without anything
-having to be told.
+results.
 """
 
 from __future__ import annotations
 
-import hashlib
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from .. import salcore
-from ..geometry import topology
+from ..geometry import cleaning, topology
+from ..geometry.cleaning import Cleaned
 from ..geometry.topology import MeshArrays, Reduced
-from ..salcore import Analysis, Cancelled, Parameters, SalcoreError, Simplification
-from ..salcore.maps import MAPS_BEGIN
+from ..salcore import Analysis, Cancelled, SalcoreError, Simplification
 from ..salcore.progress import Callback, Progress
+from . import analyses
+from .shown import interest, point_radius, regions, saliency
 
-__all__ = ["Cancelled", "SalcoreError", "forget", "run"]
+__all__ = ["Cancelled", "SalcoreError", "forget", "point_radius", "run"]
 
-MAX_KEPT_POINTS = 3_000_000
-"""Points that kept analyses may have together; the last one is kept whatever it has."""
 ANALYSIS_SHARE = 0.4
 """Of the time of a simplification, about."""
-MAX_ROWS = 100
-"""Rows of the table of regions that are handed over: the most salient ones."""
-MAX_SAMPLE = 20_000
-"""Points among which a mean spacing is found."""
-INTEREST_COLOR, OTHER_COLOR = (0.9, 0.1, 0.05), (0.35, 0.35, 0.38)
 
-_analyses: dict[bytes, Analysis] = {}
 _prepared: dict[int, _Prepared] = {}
 """What the last simplifications were cut from, by number."""
 _unmeasured: dict[int, list[Simplification]] = {}
@@ -66,7 +56,7 @@ def run(request: dict[str, Any], progress: Callback | None = None) -> Any:
 
 def forget() -> None:
     """Forget all that is kept."""
-    _analyses.clear()
+    analyses.forget()
     _unmeasured.clear()
     _prepared.clear()
 
@@ -84,6 +74,9 @@ def simplify(
     number: int,
     original_normals: bool = False,
     draft: bool = False,
+    symmetry: str | None = None,
+    weld: bool = False,
+    remove_loose: bool = False,
     work: Progress,
     **kept: bool,
 ) -> dict[str, Any]:
@@ -109,6 +102,10 @@ def simplify(
         Whether corners get normals of the original surface.
     draft : bool
         Whether cuts are neither refined nor moved, which takes most of their time.
+    symmetry : str or None
+        As for `Analysis.simplify`.
+    weld, remove_loose : bool
+        As for `cleaning.clean`.
     **kept : bool
         "keep_seams", "keep_sharp", "keep_border" and "keep_topology".
 
@@ -121,17 +118,20 @@ def simplify(
         _prepared.clear()
         _unmeasured.clear()
     shape = None if mesh is None else MeshArrays(**mesh)
+    cleaned = cleaning.clean(points, shape, weld=weld, remove_loose=remove_loose)
+    points, shape, normals = cleaned.points, cleaned.mesh, cleaned.take(normals)
     faces = None if shape is None or not len(shape.first) else shape.faces
-    analysis = _analysis(points, faces, normals, parameters, work, ANALYSIS_SHARE)
+    analysis = analyses.analyze(points, faces, normals, parameters, work, ANALYSIS_SHARE)
     constraints = {
-        "protect": protect,
-        "importance": importance,
-        "point_values": colors,
+        "protect": cleaned.largest(protect),
+        "importance": cleaned.largest(importance),
+        "point_values": cleaned.take(colors),
+        "symmetry": symmetry,
         **_constraints(analysis, shape, **kept),
     }
     valid = int(np.isfinite(points).all(axis=1).sum())
     prepared = _Prepared(
-        analysis, analysis.draft(), shape, faces, valid, constraints, original_normals
+        analysis, analysis.draft(), cleaned, faces, valid, constraints, original_normals
     )
     _prepared[number] = prepared
     return _cut(prepared, number, targets, ANALYSIS_SHARE, draft, work)
@@ -143,7 +143,7 @@ class _Prepared(NamedTuple):
     Attributes
     ----------
     analysis, draft : Analysis
-    mesh : MeshArrays or None
+    cleaned : Cleaned
     faces : (F, 3) int32 or None
     valid : int
         Points that are finite.
@@ -154,7 +154,7 @@ class _Prepared(NamedTuple):
 
     analysis: Analysis
     draft: Analysis
-    mesh: MeshArrays | None
+    cleaned: Cleaned
     faces: NDArray[np.int32] | None
     valid: int
     constraints: dict[str, Any]
@@ -179,7 +179,8 @@ def _cut(
     work: Progress,
 ) -> dict[str, Any]:
     """Cut to several targets; `begun` is the share of the work that is done."""
-    mesh, faces = prepared.mesh, prepared.faces
+    cleaned, faces = prepared.cleaned, prepared.faces
+    mesh = cleaned.mesh
     analysis = prepared.draft if draft else prepared.analysis
     levels, done = [], []
     for k, target in enumerate(targets):
@@ -195,13 +196,16 @@ def _cut(
         normals = None
         if left is not None and triangles and prepared.original_normals and not draft:
             normals = result.transfer_normals().reshape(-1, 3)[left.triangle_corners]
-        notes = [*result.notes, *_lost_faces(faces, triangles, target)]
+        notes = [*cleaned.notes, *result.notes, *_lost_faces(faces, triangles, target)]
         if aim != target:
             notes.append(f"It has {prepared.valid} points, which is fewer than asked for")
         between = {} if mesh is None else topology.blends(mesh, result, left)
-        left_over = Reduced(
-            result.indices, result.positions, left, triangles, normals, notes, between
-        )
+        indices = result.indices
+        if cleaned.used is not None:
+            indices = cleaned.used[indices]
+            if "POINT" in between:
+                between["POINT"] = cleaned.used[between["POINT"][0]], between["POINT"][1]
+        left_over = Reduced(indices, result.positions, left, triangles, normals, notes, between)
         levels.append(left_over.as_dict())
         done.append(result)
     _unmeasured[number] = done
@@ -269,7 +273,7 @@ def rank(
     """
     shape = None if mesh is None else MeshArrays(**mesh)
     faces = None if shape is None or not len(shape.first) else shape.faces
-    analysis = _analysis(points, faces, normals, parameters, work, ANALYSIS_SHARE)
+    analysis = analyses.analyze(points, faces, normals, parameters, work, ANALYSIS_SHARE)
     constraints = {
         "protect": protect,
         "importance": importance,
@@ -294,104 +298,10 @@ def rank(
     }
 
 
-def saliency(
-    *, points: Any, faces: Any, normals: Any, parameters: dict[str, Any], work: Progress
-) -> dict[str, Any]:
-    """Return the saliency of every point, and its colour from blue to red."""
-    analysis = _analysis(points, faces, normals, parameters, work, MAPS_BEGIN)
-    analysis.prepare(progress=work.portion(MAPS_BEGIN, 1.0))
-    values = analysis.saliency
-    return _shown(points, values.astype(np.float32), salcore.saliency_colors(values))
-
-
-def regions(
-    *,
-    points: Any,
-    faces: Any,
-    normals: Any,
-    parameters: dict[str, Any],
-    by_saliency: bool = False,
-    work: Progress,
-) -> dict[str, Any]:
-    """Return the region of every point, a colour for each region, and the table of regions.
-
-    Regions have colours of their own, or those of their mean saliency. "table" has the rows of
-    `Analysis.region_table`, the most salient first.
-    """
-    analysis = _analysis(points, faces, normals, parameters, work, MAPS_BEGIN)
-    analysis.prepare(regions=True, progress=work.portion(MAPS_BEGIN, 1.0))
-    values, table = analysis.regions, analysis.region_table
-    colors = salcore.region_colors(values)
-    if by_saliency:
-        colors = salcore.saliency_colors(np.append(table.mean, 0.0)[values])
-    answer = _shown(points, values.astype(np.int32), colors)
-    return answer | {"table": table.as_dicts()[:MAX_ROWS], "count": len(table)}
-
-
-def interest(
-    *,
-    points: Any,
-    faces: Any,
-    normals: Any,
-    parameters: dict[str, Any],
-    alpha: float,
-    work: Progress,
-) -> dict[str, Any]:
-    """Return whether a threshold keeps a point, and red for those it keeps."""
-    analysis = _analysis(points, faces, normals, parameters, work, ANALYSIS_SHARE)
-    result = analysis.simplify(alpha=alpha, progress=work.portion(ANALYSIS_SHARE, 1.0))
-    kept = np.zeros(len(result.source), dtype=bool)
-    kept[result.indices] = True
-    return _shown(points, kept, np.where(kept[:, None], INTEREST_COLOR, OTHER_COLOR))
-
-
 TASKS = {
     task.__name__: task
     for task in (simplify, cut, measure, compare, rank, saliency, regions, interest)
 }
-
-
-def _shown(points: Any, values: NDArray[Any], rgb: Any) -> dict[str, Any]:
-    """Return values, opaque colours (n, 4), and half the mean distance to the nearest point."""
-    colors = np.ones((len(values), 4), dtype=np.float32)
-    colors[:, :3] = rgb
-    finite = points[np.isfinite(points).all(axis=1)]
-    return {"values": values, "colors": colors, "radius": point_radius(finite)}
-
-
-def point_radius(points: Any) -> float:
-    """Return half the mean distance to the nearest other point, of a sample; 0 without any."""
-    tree = cKDTree(points, balanced_tree=False)
-    sample = points[:: max(len(points) // MAX_SAMPLE, 1)]
-    distance = np.asarray(tree.query(sample, k=2)[0])[:, 1]
-    distance = distance[np.isfinite(distance) & (distance > 0.0)]
-    return 0.5 * float(distance.mean()) if len(distance) else 0.0
-
-
-def _analysis(
-    points: Any,
-    faces: Any,
-    normals: Any,
-    parameters: dict[str, Any],
-    work: Progress,
-    share: float = 1.0,
-) -> Analysis:
-    """Return the analysis of these arrays, a kept one where there is one."""
-    key = _digest(repr(sorted(parameters.items())), points, faces, normals)
-    analysis = _analyses.pop(key, None)
-    if analysis is None:
-        analysis = salcore.analyze(
-            points, faces, normals, Parameters(**parameters), progress=work.portion(0.0, share)
-        )
-    _analyses[key] = analysis
-    _drop_old(MAX_KEPT_POINTS)
-    return analysis
-
-
-def _drop_old(most: int) -> None:
-    """Drop the oldest analyses until the rest has few enough points."""
-    while len(_analyses) > 1 and sum(a.geometry.input_count for a in _analyses.values()) > most:
-        del _analyses[next(iter(_analyses))]
 
 
 def _constraints(
@@ -408,12 +318,3 @@ def _constraints(
         ),
         **kept,
     }
-
-
-def _digest(words: str, *arrays: Any) -> bytes:
-    digest = hashlib.blake2b(words.encode(), digest_size=16)
-    for array in arrays:
-        digest.update(b"" if array is None else repr((array.dtype.str, array.shape)).encode())
-        if array is not None:
-            digest.update(np.ascontiguousarray(array).data)
-    return digest.digest()

@@ -42,11 +42,15 @@ def main(arguments: list[str] | None = None) -> int:
     0 for success, 2 for a mistake of the user, 1 for a failure of the machine such as a full disk,
     130 after Ctrl-C; all but the first with one line on standard error.
     """
-    options = make_parser(_COMMANDS).parse_args(arguments)
+    return run(make_parser().parse_args(arguments))
+
+
+def run(options: argparse.Namespace) -> int:
+    """Run what `main` has parsed."""
     try:
         if isinstance(getattr(options, "input", None), list):
             options.input = files.matching(options.input)
-        options.run(options)
+        _COMMANDS[options.command](options)
         sys.stdout.flush()
     except salcore.MemoryLimitError as error:
         return _fail(FAILURE, str(error))
@@ -180,6 +184,8 @@ def _simplify_tiles(options: argparse.Namespace) -> None:
             f"  {options.output.name}: {figures['kept_points']:,} of "
             f"{figures['input_points']:,} points"
         )
+        if figures.get("errors") is not None:
+            print(format_errors(figures["errors"]))
 
 
 def _simplify_one(
@@ -281,6 +287,7 @@ def _constraints(document: Document, options: argparse.Namespace) -> dict[str, A
         "keep_seams": not options.free_seams,
         "keep_border": options.keep_border,
         "keep_topology": options.keep_topology,
+        "symmetry": options.symmetry,
         **layers,
     }
 

@@ -27,7 +27,9 @@ ENDING = ".ply"
 SHARE = 0.5
 """Share of the free memory that is taken unless --memory says how much."""
 TARGETS = ("ratio", "count", "faces")
-IN_MEMORY = ("indices", "layer", "columns", "protect_selected", "points", "transfer_normals")
+IN_MEMORY = (
+    "indices", "layer", "columns", "protect_selected", "points", "transfer_normals", "symmetry",
+)  # fmt: skip
 """Options that need the whole mesh."""
 ELSEWHERE = (
     "regions_of_interest",

@@ -4,17 +4,61 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Mapping
+import re
 from pathlib import Path
 from typing import Any, NoReturn
 
 import salcore
 from salcore.options import add_option
 
-from .tiles import add_tile_options
-
+UNITS = {"": 1.0, "K": 1e3, "M": 1e6, "G": 1e9, "T": 1e12}
 MISTAKE = 2
 """Exit status after a mistake of the user."""
+
+
+COMMON = (
+    "input", "output", "original", "simplified", "folder", "ratio", "ratios", "count", "faces",
+    "max_error", "placement", "detail", "points", "keep_border", "picture",
+    "memory", "report", "force", "help", "help_all",
+)  # fmt: skip
+"""What most people use: all that ``--help`` shows."""
+
+FILES = "input [input ...] output"
+
+
+class ShortHelp(argparse.HelpFormatter):
+    """Help that fits on a screen: the common options, with their first sentences."""
+
+    def add_argument(self, action: argparse.Action) -> None:
+        """Leave the other options out."""
+        if action.dest in COMMON or action.nargs == argparse.PARSER:
+            super().add_argument(action)
+
+    def _expand_help(self, action: argparse.Action) -> str:
+        return re.split(r"[.;] |\.$", super()._expand_help(action))[0]
+
+
+class HelpAll(argparse.Action):
+    """Show all options."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> NoReturn:
+        """Print the whole help and exit."""
+        parser.formatter_class = argparse.HelpFormatter
+        parser.print_help()
+        parser.exit()
+
+
+class Completion(argparse.Action):
+    """Print what a shell needs to complete commands and options."""
+
+    def __call__(self, parser: argparse.ArgumentParser, _: object, shell: Any, *__: object) -> None:
+        """Print the script and exit."""
+        try:
+            import shtab
+        except ImportError:
+            parser.error("--completion needs shtab; install it: pip install shtab")
+        print(shtab.complete(parser, shell=shell))
+        parser.exit()
 
 
 class Parser(argparse.ArgumentParser):
@@ -26,28 +70,44 @@ class Parser(argparse.ArgumentParser):
         self.exit(MISTAKE, f"salient-simplify: error: {text}; see {self.prog} --help\n")
 
 
-def make_parser(runs: Mapping[str, Callable[[argparse.Namespace], None]]) -> Parser:
+def make_parser() -> Parser:
     """Return the parser; the options of an analysis follow from salcore's table.
 
-    `runs` maps the name of each subcommand to its function, which becomes the option `run`.
+    The name of the subcommand becomes the option `command`.
     """
     parser = Parser(
         prog="salient-simplify",
         description="Simplify point clouds and meshes while keeping what is salient.",
     )
     parser.add_argument("--version", action="version", version=f"%(prog)s {salcore.__version__}")
+    parser.add_argument(
+        "--completion",
+        action=Completion,
+        choices=("bash", "zsh", "tcsh"),
+        help="print a shell's completion script",
+    )
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
 
-    def command(name: str, what: str) -> argparse.ArgumentParser:
+    def command(name: str, what: str, usage: str) -> argparse.ArgumentParser:
         added: argparse.ArgumentParser = commands.add_parser(
-            name, help=what, description=what[0].upper() + what[1:] + "."
+            name,
+            help=what,
+            description=what[0].upper() + what[1:] + ".",
+            usage=f"%(prog)s {usage}",
+            formatter_class=ShortHelp,
         )
-        added.set_defaults(run=runs[name])
+        added.set_defaults(command=name)
+        if name not in ("compare", "demo"):
+            added.add_argument("--help-all", action=HelpAll, nargs=0, help="show all options")
         return added
 
-    simplify = command("simplify", "keep the salient part of a file")
-    _add_files(simplify)
+    simplify = command(
+        "simplify",
+        "keep the salient part of a file",
+        f"{FILES} (--ratio R | --count N | --faces N | --max-error E) [options]",
+    )
     target = simplify.add_argument_group("target (one is required)")
+    _add_files(simplify)
     choice = target.add_mutually_exclusive_group(required=True)
     for row in salcore.TARGETS:
         add_option(choice, row)
@@ -62,25 +122,31 @@ def make_parser(runs: Mapping[str, Callable[[argparse.Namespace], None]]) -> Par
         "--no-errors", action="store_true", help="measure no errors, which takes longest"
     )
     _add_report(simplify)
-    add_tile_options(simplify)
+    _add_tile_options(simplify)
 
-    lods = command("lods", "write levels of detail of a file")
+    lods = command(
+        "lods", "write levels of detail of a file", f"{FILES} --ratios R [R ...] [options]"
+    )
     _add_files(lods)
     lods.add_argument("--ratios", type=float, nargs="+", required=True, metavar="R")
     _add_simplification(lods)
 
     for name in ("saliency", "regions"):
-        shown = command(name, f"write a file with {name} as quality and colour")
+        shown = command(
+            name, f"write a file with {name} as quality and colour", f"{FILES} [options]"
+        )
         _add_files(shown)
         shown.add_argument("--picture", type=Path, metavar="PNG", help="draw the map as well")
         shown.add_argument(
             "--up", choices=("y", "z"), default="y", help="upward axis of the picture (default: y)"
         )
 
-    compare = command("compare", "measure the errors between two files")
+    compare = command(
+        "compare", "measure the errors between two files", "original simplified [options]"
+    )
     _add_compared(compare)
 
-    show = command("demo", "analyse and simplify two scans that come along")
+    show = command("demo", "analyse and simplify two scans that come along", "[folder] [options]")
     show.add_argument("folder", nargs="?", type=Path, default=Path("salient-simplify-demo"))
     show.add_argument("--quiet", action="store_true", help="show no progress")
     return parser
@@ -155,7 +221,59 @@ def _add_simplification(command: argparse.ArgumentParser) -> None:
         action="store_true",
         help="no part, hole or handle goes; stops at the fewest points with which that is so",
     )
+    command.add_argument(
+        "--symmetry",
+        choices=("x", "y", "z"),
+        help="a mesh that is the same on both sides of the plane where this coordinate is 0 stays "
+        "so",
+    )
 
 
 def _add_report(command: argparse.ArgumentParser) -> None:
     command.add_argument("--report", type=Path, metavar="JSON", help="write the figures to a file")
+
+
+def _add_tile_options(command: argparse.ArgumentParser) -> None:
+    """Add the options for scans that are larger than memory."""
+    group = command.add_argument_group(
+        "larger than memory: scans (LAS, LAZ, COPC) and meshes (binary PLY)"
+    )
+    group.add_argument(
+        "--tiled", action="store_true", help="work tile by tile, even if all fits into memory"
+    )
+    group.add_argument(
+        "--memory",
+        type=_size,
+        metavar="SIZE",
+        help="memory of all processes together, such as 8G (default: half of what is free); more "
+        "points than fit are worked on in tiles, by --workers processes",
+    )
+    group.add_argument(
+        "--work-folder",
+        type=Path,
+        metavar="FOLDER",
+        help="new folder for intermediate files, about 250 bytes a point (default: OUTPUT.work)",
+    )
+    group.add_argument(
+        "--tiles",
+        type=Path,
+        metavar="FOLDER",
+        help="new folder for the same points as one LAZ file a tile, with an index in JSON",
+    )
+    group.add_argument(
+        "--resume", type=Path, metavar="FOLDER", help="go on with the run in this work folder"
+    )
+    group.add_argument(
+        "--scheduler",
+        metavar="ADDRESS",
+        help="Dask scheduler that has the work done, such as tcp://host:8786; local starts one",
+    )
+
+
+def _size(text: str) -> float:
+    """Return the bytes that a text such as 8G names."""
+    match = re.fullmatch(r"([0-9.]+)\s*([KMGT]?)(?:i?B)?", text.strip(), re.IGNORECASE)
+    try:
+        return float(match[1]) * UNITS[match[2].upper()]  # type: ignore[index]
+    except (TypeError, ValueError) as error:
+        raise argparse.ArgumentTypeError(f"{text!r}: give a size such as 8G or 500M") from error

@@ -6,8 +6,6 @@ from __future__ import annotations
 import argparse
 import json
 import os
-import re
-from pathlib import Path
 from typing import Any
 
 import salcore
@@ -17,7 +15,7 @@ from salcore.options import given_options
 from ..errors import FileError, Warn
 from ..io import files
 from ..io.staging import write_text
-from ..large.job import MANIFEST, Job, look_at
+from ..large.job import MANIFEST, Job, expected_ratio, look_at
 from ..large.run import POINT, share_memory, simplify_tiles
 from ..parameters import Callback, make_parameters
 from . import mesh_tiles
@@ -25,51 +23,19 @@ from . import mesh_tiles
 ENDINGS = (".las", ".laz")
 SHARE = 0.5
 """Share of the free memory that is taken unless --memory says how much."""
-UNITS = {"": 1.0, "K": 1e3, "M": 1e6, "G": 1e9, "T": 1e12}
-IN_MEMORY = ("indices", "layer", "columns", "protect_selected", "keep_border", "keep_topology")
+IN_MEMORY = (
+    "indices", "layer", "columns", "protect_selected", "keep_border", "keep_topology", "symmetry",
+)  # fmt: skip
 """Options that need the whole cloud."""
-ELSEWHERE = ("regions_of_interest", "keep_regions", "interest_weight", "placement", "scaling")
+ELSEWHERE = (
+    "regions_of_interest",
+    "keep_regions",
+    "interest_weight",
+    "placement",
+    "scaling",
+    "contrast",
+)
 """Parameters that need the whole cloud."""
-
-
-def add_tile_options(command: argparse.ArgumentParser) -> None:
-    """Add the options for scans that are larger than memory."""
-    group = command.add_argument_group(
-        "larger than memory: scans (LAS, LAZ, COPC) and meshes (binary PLY)"
-    )
-    group.add_argument(
-        "--tiled", action="store_true", help="work tile by tile, even if all fits into memory"
-    )
-    group.add_argument(
-        "--memory",
-        type=_size,
-        metavar="SIZE",
-        help="memory of all processes together, such as 8G (default: half of what is free); more "
-        "points than fit are worked on in tiles, by --workers processes",
-    )
-    group.add_argument(
-        "--work-folder",
-        type=Path,
-        metavar="FOLDER",
-        help="new folder for intermediate files, about 250 bytes a point (default: OUTPUT.work)",
-    )
-    group.add_argument(
-        "--resume", type=Path, metavar="FOLDER", help="go on with the run in this work folder"
-    )
-    group.add_argument(
-        "--scheduler",
-        metavar="ADDRESS",
-        help="Dask scheduler that has the work done, such as tcp://host:8786; local starts one",
-    )
-
-
-def _size(text: str) -> float:
-    """Return the bytes that a text such as 8G names."""
-    match = re.fullmatch(r"([0-9.]+)\s*([KMGT]?)(?:i?B)?", text.strip(), re.IGNORECASE)
-    try:
-        return float(match[1]) * UNITS[match[2].upper()]  # type: ignore[index]
-    except (TypeError, ValueError) as error:
-        raise argparse.ArgumentTypeError(f"{text!r}: give a size such as 8G or 500M") from error
 
 
 def chosen(options: argparse.Namespace) -> bool:
@@ -81,7 +47,12 @@ def chosen(options: argparse.Namespace) -> bool:
         If that is asked for of files that are neither LAS files nor a mesh as a PLY file.
     """
     asked = options.tiled or options.scheduler or options.resume or options.work_folder
+    asked = asked or options.tiles
     scans = all(path.suffix.lower() in ENDINGS for path in options.input)
+    if options.tiles and not scans:
+        raise salcore.ParameterError(
+            "--tiles: only .las and .laz files are written as tiles; leave it out"
+        )
     if not scans:
         return mesh_tiles.chosen(options, bool(asked))
     if asked:
@@ -98,9 +69,9 @@ def chosen(options: argparse.Namespace) -> bool:
 def _wrong(options: argparse.Namespace) -> str:
     """Return what cannot be done by tiles and the remedy; nothing if all can."""
     target = given_options(options, salcore.TARGETS)
-    if not target.keys() <= {"ratio", "count"}:
+    if not target.keys() <= {"ratio", "count", "max_error"}:
         name = next(iter(target)).replace("_", "-")
-        return f"--{name}: is not worked out by tiles; give --ratio or --count"
+        return f"--{name}: is not worked out by tiles; give --ratio, --count or --max-error"
     values = make_parameters(
         preset=options.preset, **given_options(options, salcore.TABLE)
     ).as_dict()
@@ -133,12 +104,14 @@ def simplify(options: argparse.Namespace, progress: Callback | None, warn: Warn)
         raise salcore.ParameterError(
             f"count={value}: there are {points} valid points; give at most so many"
         )
-    ratio = value if name == "ratio" else value / points
+    ratio = expected_ratio(name, value, points)
     memory = options.memory or SHARE * (available_memory() or 8e9)
     workers, most = share_memory(memory, parameters.workers or os.cpu_count() or 1, ratio)
     folder = options.resume or options.work_folder or output.with_name(f"{output.name}.work")
     common = parameters.as_dict() | {"workers": 1}
-    job = Job(str(folder.absolute()), sources, common, name, float(value), most)
+    job = Job(
+        str(folder.absolute()), sources, common, name, float(value), most, not options.no_errors
+    )
     if not options.resume and not (folder / MANIFEST).exists() and not folder.parent.is_dir():
         raise FileError(f"{folder.parent}: no such folder; make it first")
     whom = (
@@ -152,6 +125,7 @@ def simplify(options: argparse.Namespace, progress: Callback | None, warn: Warn)
         output,
         workers=workers,
         scheduler=options.scheduler,
+        tiles=options.tiles,
         resume=options.resume is not None,
         force=options.force,
         progress=progress,

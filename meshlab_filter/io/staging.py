@@ -92,7 +92,7 @@ def _move_all(moves: list[tuple[Path, Path]], folder: Path) -> None:
             target.parent.mkdir(parents=True, exist_ok=True)
             spare = folder / f"spare {number}"
             if target.exists() and number < len(moves) - 1:
-                _link(target, spare)
+                link(target, spare)
             os.replace(file, target)
             done.append((target, spare))
     except BaseException:
@@ -105,7 +105,7 @@ def _move_all(moves: list[tuple[Path, Path]], folder: Path) -> None:
         raise
 
 
-def _link(file: Path, spare: Path) -> None:
+def link(file: Path, spare: Path) -> None:
     """Give a file a second name, or copy it where the file system has no hard links."""
     try:
         os.link(file, spare)

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +18,7 @@ from salcore.tiles.plan import CELLS, count_cells, halo_width, plan_boxes, withi
 from ..errors import FileError
 from ..io.formats import required
 from ..io.las import damage
-from .job import CHUNK, Job, Source, write_whole
+from .job import CHUNK, Job, Source, flush, write_whole
 
 ROW = np.dtype([("point", np.float64, 3), ("number", np.int64)])
 """A spilled point: its coordinates, and its number among the points of all files."""
@@ -44,8 +45,10 @@ class Plan:
     halo: float
 
 
-def read_chunks(source: Source) -> Iterator[tuple[int, Any]]:
+def read_chunks(source: Source, *, bare: bool = False) -> Iterator[tuple[int, Any]]:
     """Read a file in chunks, each with the number of its first point in the file.
+
+    Bare chunks have coordinates only, where the format lets the rest stay compressed.
 
     Raises
     ------
@@ -57,12 +60,18 @@ def read_chunks(source: Source) -> Iterator[tuple[int, Any]]:
     try:
         if path.stat().st_size != source.size:
             raise FileError(f"{path}: has changed since the run began; begin anew")
-        with laspy.open(path) as reader:
+        wanted = laspy.DecompressionSelection
+        wanted = wanted.base().decompress_z() if bare else wanted.all()
+        with laspy.open(path, decompression_selection=wanted) as reader:
             for chunk in reader.chunk_iterator(CHUNK):
                 yield at, chunk
                 at += len(chunk)
     except (MemoryError, FileError):
         raise
+    except (FileNotFoundError, PermissionError) as error:
+        raise FileError(
+            f"{path}: cannot be read ({error.strerror}); all workers must see it under this path"
+        ) from error
     except Exception as error:  # each backend has errors of its own
         raise damage(path, error) from error
     if at != source.points:
@@ -88,11 +97,11 @@ def count_file(job: Job, number: int) -> None:
         return
     box, counts = header_box(job), np.zeros((CELLS,) * 3, dtype=np.int64)
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
-    for _, chunk in read_chunks(job.sources[number]):
+    for _, chunk in read_chunks(job.sources[number], bare=True):
         points = coordinates(chunk)
         counts += count_cells(points, *box)
         low, high = np.minimum(low, points.min(axis=0)), np.maximum(high, points.max(axis=0))
-    save(path, counts=counts, low=low, high=high)
+    save(path, small=True, counts=counts, low=low, high=high)
 
 
 def make_plan(job: Job) -> Plan:
@@ -103,9 +112,12 @@ def make_plan(job: Job) -> Plan:
     FileError
         If headers tell other boxes than the points have.
     """
-    parts = [dict(np.load(job.path(f"count-{k}.npz"))) for k in range(len(job.sources))]
-    low = np.min([part["low"] for part in parts], axis=0)
-    high = np.max([part["high"] for part in parts], axis=0)
+    counts = np.zeros((CELLS,) * 3, dtype=np.int64)
+    low, high = np.full(3, np.inf), np.full(3, -np.inf)
+    for number in range(len(job.sources)):  # one at a time: those of a thousand take gigabytes
+        part = load(job.path(f"count-{number}.npz"))
+        counts += part["counts"]
+        low, high = np.minimum(low, part["low"]), np.maximum(high, part["high"])
     box = header_box(job)
     slack = 0.01 * float(np.linalg.norm(high - low))
     if np.abs(np.stack(box) - np.stack([low, high])).max() > slack + 1e-9 * np.abs(high).max():
@@ -113,10 +125,8 @@ def make_plan(job: Job) -> Plan:
             f"{job.sources[0].path}: the boxes in the headers of these files are not those of "
             "their points; mend them, for instance with lasinfo -repair"
         )
-    counts = sum(part["counts"] for part in parts)
     boxes = plan_boxes(counts, *box, job.most)
-    ratio = job.value if job.target == "ratio" else job.value / job.points
-    return Plan(low, high, boxes, halo_width(typical_spacing(counts, *box), ratio))
+    return Plan(low, high, boxes, halo_width(typical_spacing(counts, *box), job.ratio))
 
 
 def typical_spacing(counts: NDArray[np.int64], low: Floats, high: Floats) -> float:
@@ -145,7 +155,7 @@ def spill_file(job: Job, plan: Plan, number: int) -> None:
     shutil.rmtree(spare, ignore_errors=True)
     spare.mkdir()
     source = job.sources[number]
-    for at, chunk in read_chunks(source):
+    for at, chunk in read_chunks(source, bare=True):
         points = coordinates(chunk)
         rows = np.empty(len(points), dtype=ROW)
         rows["point"], rows["number"] = points, np.arange(len(points)) + (source.start + at)
@@ -157,6 +167,8 @@ def spill_file(job: Job, plan: Plan, number: int) -> None:
             if inside.any():
                 with (spare / f"{tile}.bin").open("ab") as file:
                     file.write(rows[inside].tobytes())
+    for path in spare.iterdir():
+        flush(path)
     spare.rename(folder)
 
 
@@ -169,11 +181,28 @@ def read_tile(job: Job, tile: int) -> tuple[Floats, NDArray[np.int64]]:
     return np.ascontiguousarray(rows["point"]), np.ascontiguousarray(rows["number"])
 
 
-def save(path: Path, **arrays: Any) -> None:
-    """Write arrays into one file, whole."""
+def load(path: Path, *names: str) -> dict[str, NDArray[Any]]:
+    """Read arrays that `save` wrote: all, or those that are named.
+
+    Raises
+    ------
+    FileError
+        If the file is damaged.
+    """
+    try:
+        with path.open("rb") as file, np.load(file) as found:
+            return {name: found[name] for name in names or found.files}
+    except (ValueError, KeyError, EOFError, BadZipFile) as error:
+        raise FileError(
+            f"{path}: is damaged; remove the folder {path.parent} and begin anew"
+        ) from error
+
+
+def save(path: Path, *, small: bool = False, **arrays: Any) -> None:
+    """Write arrays into one file, whole; compressed if it is to be small, which takes long."""
 
     def write(spare: Path) -> None:
         with spare.open("wb") as file:
-            np.savez_compressed(file, **arrays)
+            (np.savez_compressed if small else np.savez)(file, **arrays)
 
     write_whole(path, write)

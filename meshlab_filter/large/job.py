@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import salcore
+from salcore.tiles.plan import LEAST_REACH, REACH
 
 from ..errors import FileError
 from ..io.formats import required
@@ -60,10 +61,12 @@ class Job:
     parameters : dict
         Of salcore.
     target : str
-        ``ratio`` or ``count``.
+        ``ratio``, ``count`` or ``max_error``.
     value : float
     most : int
         Points that a tile may have without its halo.
+    errors : bool
+        Whether the errors of the result are measured.
     """
 
     folder: str
@@ -72,6 +75,12 @@ class Job:
     target: str
     value: float
     most: int
+    errors: bool = False
+
+    @property
+    def ratio(self) -> float:
+        """Return the share of the points to keep, as far as it is known beforehand."""
+        return expected_ratio(self.target, self.value, self.points)
 
     @property
     def points(self) -> int:
@@ -87,6 +96,13 @@ class Job:
         values = asdict(self)
         del values["folder"]
         return json.loads(json.dumps({"version": salcore.__version__, **values}))  # type: ignore[no-any-return]
+
+
+def expected_ratio(target: str, value: float, points: int) -> float:
+    """Return the share that a target keeps; where that is not known, what the least halo is for."""
+    if target == "max_error":
+        return (REACH / LEAST_REACH) ** 2
+    return value if target == "ratio" else value / points
 
 
 def look_at(paths: list[Path]) -> tuple[Source, ...]:
@@ -117,11 +133,18 @@ def look_at(paths: list[Path]) -> tuple[Source, ...]:
     return tuple(sources)
 
 
+def flush(path: Path) -> None:
+    """Wait until a file is on the disk: a power cut must not leave it empty under its last name."""
+    with path.open("rb+") as file:
+        os.fsync(file.fileno())
+
+
 def write_whole(path: Path, writer: Callable[[Path], object]) -> None:
     """Call `writer` with a temporary name, then rename: the file is whole or not there."""
     spare = path.with_name(f".{os.getpid()}-{path.name}")
     try:
         writer(spare)
+        flush(spare)
         os.replace(spare, path)
     finally:
         spare.unlink(missing_ok=True)

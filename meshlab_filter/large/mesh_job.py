@@ -22,7 +22,7 @@ ROOM = 1.5
 borders of this one become like all else."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class MeshJob(Job):
     """A run on a mesh. It pickles.
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import importlib
 import logging
+import math
 import multiprocessing
 import os
 import shutil
@@ -19,12 +20,14 @@ from typing import Any
 
 import salcore
 from salcore.progress import Progress
-from salcore.tiles.plan import halo_width
+from salcore.tiles.plan import REACH, halo_width
 
 from ..errors import FileError, Warn, ignore
 from . import stages
 from .bins import ROW, Plan, count_file, make_plan, spill_file
+from .errors import MAX_ERROR, fewest_within, measure_cut
 from .job import Job, planned_size, work_folder
+from .split import check_folder, is_published, write_tiles
 from .write import output_header, write_kept
 
 POINT = 900
@@ -37,6 +40,8 @@ LOCAL = "local"
 """Name of a Dask cluster on this machine."""
 PATIENCE = 10
 """Seconds in which a scheduler must answer."""
+PATIENCE_WITH_WORKERS = 60
+"""Seconds in which a first worker must have joined it."""
 Each = Callable[[Callable[..., None], Sequence[tuple[Any, ...]], Progress], None]
 """Calls a function with each of several arguments, in any order."""
 
@@ -76,6 +81,7 @@ def simplify_tiles(
     *,
     workers: int,
     scheduler: str | None = None,
+    tiles: Path | None = None,
     resume: bool = False,
     force: bool = False,
     progress: salcore.progress.Callback | None = None,
@@ -93,6 +99,8 @@ def simplify_tiles(
     scheduler : str, optional
         Address of a Dask scheduler, or ``local`` for a cluster on this machine. Its workers must
         see the same files. Left out, a pool of processes does the work.
+    tiles : Path, optional
+        Folder for the same points as one LAZ file a tile, with an index.
     resume : bool
         Whether to go on with the run in the job's work folder.
     force : bool
@@ -116,11 +124,13 @@ def simplify_tiles(
     """
     work = Progress(progress)
     output_header(job, warn)
+    if tiles is not None and not is_published(job, tiles):
+        check_folder(tiles)
     backend = dask_cluster(scheduler, workers) if scheduler else worker_pool(job, workers)
     with backend as each, work_folder(job, resume=resume):
         job = replace(job, most=planned_size(job))
         try:
-            figures = _stages(job, output, each, force, work, warn)
+            figures = _stages(job, output, tiles, each, force, work, warn)
         except OSError as error:
             raise OSError(
                 f"{error.filename or job.folder}: {error.strerror or error}; the work done is "
@@ -131,7 +141,13 @@ def simplify_tiles(
 
 
 def _stages(
-    job: Job, output: Path, each: Each, force: bool, work: Progress, warn: Warn
+    job: Job,
+    output: Path,
+    folder: Path | None,
+    each: Each,
+    force: bool,
+    work: Progress,
+    warn: Warn,
 ) -> dict[str, Any]:
     """Do the stages in their order, and return the figures."""
     files = range(len(job.sources))
@@ -143,28 +159,55 @@ def _stages(
         f"--resume {job.folder}"
     )
     each(spill_file, [(job, plan, k) for k in files], work.part(0.02, 0.06, "Tiles"))
-    _check_sizes(job, plan, warn)
+    largest = _largest_tile(job, plan, warn)
     part = work.part(0.06, 0.55, "Analysis")
     each(stages.analyse, [(job, plan, k) for k in tiles], part)
     whole = stages.gather(job, plan)
-    part = work.part(0.55, 0.96, "Elimination")
+    part = work.part(0.55, 0.7 if job.target == MAX_ERROR else 0.95, "Elimination")
     each(stages.order, [(job, whole, k) for k in tiles], part)
-    cut, count = stages.choose(job, plan)
-    each(stages.keep, [(job, cut, k) for k in tiles], work.part(0.96, 0.97, "Cut"))
-    written = write_kept(job, len(tiles), output, force, work.part(0.97, 1.0, "Output"), warn)
+    counts = stages.count_all(job, plan)
+    if job.target == MAX_ERROR:
+        count = fewest_within(job, plan, counts, each, work.part(0.7, 0.95))
+    else:
+        count = stages.wanted_count(job, counts)
+    _check_halo(job, count, warn)
+    cut = stages.cut_at(job, plan, counts, count)
+    each(stages.keep, [(job, cut, k) for k in tiles], work.part(0.95, 0.96, "Cut"))
+    errors = None
+    if job.errors:
+        errors = measure_cut(job, plan, counts, count, each, work.part(0.96, 0.97, "Errors"))
+    if folder is not None and not is_published(job, folder):
+        part = work.part(0.97, 0.98, "Output")
+        write_tiles(job, len(tiles), output_header(job, ignore), folder, each, part)
+    written = write_kept(job, len(tiles), output, force, work.part(0.98, 1.0, "Output"), warn)
     if written != count:
         raise FileError(f"{job.folder}: {written} points instead of {count}; begin anew")
     return {
         "input_points": job.points,
         "kept_points": count,
         "tiles": len(tiles),
+        "largest_tile": largest,
         "halo": plan.halo,
         "files": len(files),
+        "errors": None if errors is None else errors.as_dict(),
     }
 
 
-def _check_sizes(job: Job, plan: Plan, warn: Warn) -> None:
-    """Say if a tile is much larger than was planned: a cell of the plan is never cut."""
+def _check_halo(job: Job, count: int, warn: Warn) -> None:
+    """Say if so few points are kept that the halos were narrow for them."""
+    if count < 0.5 * job.ratio * job.points:
+        spacings = REACH * math.sqrt(count / (job.ratio * job.points))
+        warn(
+            f"{count:,} points are kept: the halos of the tiles are as wide as {spacings:.1f} of "
+            f"their spacings, not {REACH:g}; for closer agreement at borders give --count {count}"
+        )
+
+
+def _largest_tile(job: Job, plan: Plan, warn: Warn) -> int:
+    """Return the points of the largest tile with its halo.
+
+    Say if that is much more than planned: a cell of the plan is never cut.
+    """
     sizes = [0] * len(plan.boxes)
     for number in range(len(job.sources)):
         for file in job.path(f"spill-{number}").iterdir():
@@ -174,6 +217,7 @@ def _check_sizes(job: Job, plan: Plan, warn: Warn) -> None:
             f"one tile has {max(sizes):,} points with its halo, for they lie close together; its "
             f"worker takes about {max(sizes) * POINT / 1e9:.1f} GB"
         )
+    return max(sizes)
 
 
 @contextmanager
@@ -223,6 +267,8 @@ def dask_cluster(scheduler: str, workers: int) -> Iterator[Each]:
             f"scheduler={scheduler!r}: needs Dask; install it with pip install "
             "'salient-simplify[scale]'"
         ) from error
+    # What matters is said in one sentence.
+    logging.getLogger("distributed.client").setLevel(logging.CRITICAL)
     options: dict[str, Any] = {"address": scheduler, "timeout": PATIENCE}
     cluster = None
     if scheduler == LOCAL:
@@ -230,8 +276,8 @@ def dask_cluster(scheduler: str, workers: int) -> Iterator[Each]:
             n_workers=workers,
             threads_per_worker=1,
             memory_limit=None,
-            dashboard_address=None,
-            silence_logs=logging.CRITICAL,  # what matters is said in one sentence
+            dashboard_address="127.0.0.1:0",
+            silence_logs=logging.CRITICAL,
         )
         options["address"] = cluster
     try:
@@ -243,14 +289,21 @@ def dask_cluster(scheduler: str, workers: int) -> Iterator[Each]:
                 "dask scheduler, and workers with dask worker"
             ) from error
         with client:
+            _wait_for_workers(client, scheduler)
 
             def each(
                 function: Callable[..., None], calls: Sequence[tuple[Any, ...]], progress: Progress
             ) -> None:
                 futures = [client.submit(function, *call, pure=False) for call in calls]
-                for done, future in enumerate(distributed.as_completed(futures), 1):
-                    future.result()
-                    progress(done / len(calls))
+                try:
+                    for done, future in enumerate(distributed.as_completed(futures), 1):
+                        future.result()
+                        progress(done / len(calls))
+                except (distributed.CancelledError, distributed.comm.CommClosedError) as error:
+                    raise FileError(
+                        f"scheduler={scheduler!r}: was lost; the work done is kept: start it "
+                        "again, and go on with --resume"
+                    ) from error
 
             yield each
     except distributed.KilledWorker as error:
@@ -261,3 +314,13 @@ def dask_cluster(scheduler: str, workers: int) -> Iterator[Each]:
     finally:
         if cluster is not None:
             cluster.close()
+
+
+def _wait_for_workers(client: Any, scheduler: str) -> None:
+    """Wait until a cluster has a worker, but not for ever."""
+    try:
+        client.wait_for_workers(1, timeout=PATIENCE_WITH_WORKERS)
+    except TimeoutError as error:
+        raise FileError(
+            f"scheduler={scheduler!r}: has no workers; start some with dask worker"
+        ) from error

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 import salcore
 from salcore.tiles.merge import (
@@ -21,11 +22,12 @@ from salcore.tiles.merge import (
     find_step,
     kept_points,
     merge_statistics,
+    worst_by_step,
 )
 from salcore.tiles.plan import within
 from salcore.tiles.tile import Tile, analyse_tile, order_tile
 
-from .bins import Plan, read_tile, save
+from .bins import Plan, load, read_tile, save
 from .job import Job, write_whole
 
 EMPTY = np.empty(0, dtype=np.int64)
@@ -39,30 +41,35 @@ def analyse(job: Job, plan: Plan, tile: int) -> None:
     points, numbers = read_tile(job, tile)
     core = within(points, plan.boxes[tile])
     if not core.any():  # rounding moved its few points to a neighbour
-        none = Statistics.of_core(np.empty(0), np.empty(0))
-        save(job.path(f"order-{tile}.npz"), step=EMPTY, cost=np.empty(0), number=EMPTY)
+        none, nothing = Statistics.of_core(np.empty(0), np.empty(0)), np.empty((0, 3))
+        save(job.path(f"surface-{tile}.npz"), points=nothing, normals=nothing)
+        _save_order(job, tile, EMPTY.astype(np.int32), np.empty(0), EMPTY, np.empty(0))
         _save_statistics(path, none)
         return
     result = analyse_tile(points, core, (plan.low, plan.high), _parameters(job))
     del points
-    numbers = numbers[result.geometry.input_of]
-    save(job.path(f"tile-{tile}.npz"), numbers=numbers, **result.arrays())
+    numbers = numbers[result.input_of]
+    if job.errors or job.target == "max_error":
+        assert result.normals is not None
+        core = result.core
+        points, normals = result.points[core], result.normals[core]
+        save(job.path(f"surface-{tile}.npz"), points=points, normals=normals)
+    arrays: dict[str, Any] = result.arrays() | {"numbers": numbers}
+    save(job.path(f"tile-{tile}.npz"), **arrays)
     _save_statistics(path, result.statistics())
 
 
 def _save_statistics(path: Path, found: Statistics) -> None:
-    arrays = {"saliency": found.saliency, "faces": found.faces, "areas": found.areas}
-    save(path, points=found.points, **arrays)
+    arrays: dict[str, Any] = {key: getattr(found, key) for key in ("saliency", "faces", "areas")}
+    save(path, small=True, points=found.points, **arrays)
 
 
 def gather(job: Job, plan: Plan) -> Whole:
     """Return what the tiles must know of the whole, once all are analysed."""
     total: Statistics | None = None
     for tile in range(len(plan.boxes)):  # one at a time: those of a thousand take gigabytes
-        with np.load(job.path(f"statistics-{tile}.npz")) as found:
-            part = Statistics(
-                int(found["points"]), found["saliency"], found["faces"], found["areas"]
-            )
+        found: dict[str, Any] = load(job.path(f"statistics-{tile}.npz"))
+        part = Statistics(int(found["points"]), found["saliency"], found["faces"], found["areas"])
         total = part if total is None else _add(total, part)
     assert total is not None
     return merge_statistics([total])
@@ -81,39 +88,62 @@ def order(job: Job, whole: Whole, tile: int) -> None:
     """Put the points of a tile's core in the order in which they go."""
     path = job.path(f"order-{tile}.npz")
     if not path.exists():
-        with np.load(job.path(f"tile-{tile}.npz")) as found:
-            arrays = {name: found[name] for name in found.files}
+        arrays: dict[str, Any] = load(job.path(f"tile-{tile}.npz"))
         numbers = arrays.pop("numbers")
-        result = Tile.from_arrays(arrays)
+        result = Tile(**arrays)
         core = result.core
         done = order_tile(result, whole, _parameters(job))
-        save(path, step=done.step[core], cost=done.cost[core], number=numbers[core])
+        _save_order(job, tile, *(v[core] for v in (done.step, done.cost, numbers, done.error)))
     job.path(f"tile-{tile}.npz").unlink(missing_ok=True)
 
 
-def choose(job: Job, plan: Plan) -> tuple[Cut, int]:
-    """Return the cut that meets the target over all tiles, and how many points it keeps.
+def _save_order(job: Job, tile: int, step: Any, cost: Any, number: Any, error: Any) -> None:
+    worst = worst_by_step(step, error)
+    save(job.path(f"order-{tile}.npz"), step=step, cost=cost, number=number, worst=worst)
+
+
+def count_all(job: Job, plan: Plan) -> NDArray[np.int64]:
+    """Return how many points of all tiles go at each step."""
+    counts = count_steps(EMPTY.astype(np.int32))
+    for tile in range(len(plan.boxes)):
+        counts += count_steps(_load(job, tile, "step"))
+    return counts
+
+
+def worst_of(job: Job, plan: Plan) -> Any:
+    """Return the largest estimated error at each step over all tiles."""
+    worst = _load(job, 0, "worst")
+    for tile in range(1, len(plan.boxes)):
+        np.maximum(worst, _load(job, tile, "worst"), out=worst)
+    return worst
+
+
+def wanted_count(job: Job, counts: NDArray[np.int64]) -> int:
+    """Return the number of points that a count or a ratio comes to.
+
+    A ratio is of all points, as in memory; equal ones are kept once.
+    """
+    if job.target == "count":
+        return int(job.value)
+    return min(max(round(job.value * job.points), 1), int(counts.sum()))
+
+
+def cut_at(job: Job, plan: Plan, counts: NDArray[np.int64], count: int) -> Cut:
+    """Return the cut that keeps so many points of all tiles.
 
     Raises
     ------
     salcore.ParameterError
         If there are not so many distinct points.
     """
-    tiles = range(len(plan.boxes))
-    counts = count_steps(EMPTY.astype(np.int32))
-    for tile in tiles:
-        counts += count_steps(_load(job, tile)[0])
-    distinct = int(counts.sum())
-    wanted = int(job.value)
-    if job.target == "ratio":  # of all points, as in memory; equal ones are kept once
-        wanted = min(max(round(job.value * job.points), 1), distinct)
-    step, keep = find_step(counts, wanted)
+    step, keep = find_step(counts, count)
     costs, numbers = [], []
-    for tile in tiles:
-        steps, cost, number = _load(job, tile)
-        costs.append(cost[steps == step])
-        numbers.append(number[steps == step])
-    return find_cut(step, keep, costs, numbers), wanted
+    for tile in range(len(plan.boxes)):
+        here = np.flatnonzero(_load(job, tile, "step") == step)
+        if len(here):
+            costs.append(_load(job, tile, "cost")[here])
+            numbers.append(_load(job, tile, "number")[here])
+    return find_cut(step, keep, costs, numbers)
 
 
 def keep(job: Job, cut: Cut, tile: int) -> None:
@@ -121,7 +151,7 @@ def keep(job: Job, cut: Cut, tile: int) -> None:
     path = job.path(f"kept-{tile}.npy")
     if path.exists():
         return
-    step, cost, number = _load(job, tile)
+    step, cost, number = load_order(job, tile)
     kept = np.sort(number[kept_points(cut, step, cost, number)])
 
     def write(spare: Path) -> None:
@@ -135,7 +165,13 @@ def _parameters(job: Job) -> salcore.Parameters:
     return salcore.Parameters(**(job.parameters | {"workers": 1}))
 
 
-def _load(job: Job, tile: int) -> tuple[Any, Any, Any]:
+def load_order(job: Job, tile: int) -> tuple[Any, Any, Any]:
     """Return steps, costs and numbers of a tile's core."""
-    with np.load(job.path(f"order-{tile}.npz")) as found:
-        return found["step"], found["cost"], found["number"]
+    names = ("step", "cost", "number")
+    found = load(job.path(f"order-{tile}.npz"), *names)
+    return tuple(found[name] for name in names)  # type: ignore[return-value]
+
+
+def _load(job: Job, tile: int, name: str) -> Any:
+    """Return one array of a tile's order."""
+    return load(job.path(f"order-{tile}.npz"), name)[name]

@@ -93,7 +93,7 @@ def write_kept(
                 for at, chunk in read_chunks(source):
                     inside = kept[at : at + len(chunk)]
                     if inside.any():
-                        writer.write_points(_moved(chunk[inside], writer.header, source))
+                        writer.write_points(moved_records(chunk[inside], writer.header, source))
                     written += int(inside.sum())
                     progress((source.start + at + len(chunk)) / job.points)
         publish(folder, output, force=force)
@@ -111,7 +111,7 @@ def _kept_of(job: Job, tiles: int, source: Source) -> NDArray[np.bool_]:
     return kept
 
 
-def _moved(points: Any, header: Any, source: Source) -> Any:
+def moved_records(points: Any, header: Any, source: Source) -> Any:
     """Return records of a file at the scale and offset of the output."""
     factor, shift = (np.round(v).astype(np.int64) for v in _steps(points, header))
     if (factor != 1).any() or shift.any():

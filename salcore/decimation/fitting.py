@@ -21,16 +21,17 @@ from ..progress import SILENT, Progress
 from .flips import FlipMesh, cosines, folds
 from .legality import turned_over
 from .nearest_faces import Assignment, Triangles
+from .overshoot import pull_back
 from .refine import ROUNDS, flip_edges
 from .samples import Samples
 
 MIDDLES, SAMPLES = 0.75, 12
 """Share of the weight of samples that the middles of faces have, and most of them on a face; three
 quarters integrate polynomials of the second degree exactly."""
-TURNS = 6
+TURNS = 4
 """Times that all vertices move."""
-ROUNDS_BETWEEN = 3
-"""Rounds of flips after each move but the last."""
+ROUNDS_BETWEEN = 1
+"""Rounds of flips after each move but the last; more gain nothing."""
 SLIDE = 0.1
 """Weight of squared distances along a face, against those across it."""
 SMOOTH = 0.01
@@ -40,7 +41,7 @@ STAY = 0.02
 DAMPING = 10.0
 """Factor on this for a vertex whose faces a move has brought farther from the original; it stays
 for that turn (Levenberg and Marquardt)."""
-TOLERANCE, ITERATIONS = 1e-3, 40
+TOLERANCE, ITERATIONS = 1e-2, 15
 """Of the conjugate gradients."""
 UNDO_ROUNDS = 8
 """Rounds in which the corners of faces that turn over go back; in each, others may turn."""
@@ -52,6 +53,7 @@ def fit_positions(
     samples: Samples,
     source: Indices,
     held: Mask,
+    original: tuple[Floats, Indices],
     progress: Progress = SILENT,
 ) -> Floats:
     """Return positions (n, 3) of vertices at which their faces lie nearest to the original.
@@ -66,36 +68,61 @@ def fit_positions(
         Of the original.
     source : (n,) intp
         Kept vertex that stands for each vertex of the original.
-    held : (n,) bool
-        Vertices that do not move.
+    held : (n,) bool or (n, 3) bool
+        Vertices that do not move, or coordinates of them.
+    original : ((n, 3) float64, (m, 3) intp)
+        Points and faces.
     progress : Progress, optional
 
     Notes
     -----
-    O(s + k log k) for s samples and k faces. No face turns over, no move brings the faces round a
-    vertex farther from the samples that they have, and the topology stays.
+    O(m + s + k log k) for s samples and k faces. No face turns over, no move brings the faces
+    round a vertex farther from the samples that they have, no vertex ends much farther from the
+    original than that from its faces, and the topology stays.
     """
+    count = len(positions)
     step = max(1, (len(samples.owner) - samples.vertices) // max(SAMPLES * len(mesh.faces), 1))
     samples = samples.standing_for(mesh.faces, source, kept=True, middles=MIDDLES, step=step)
     if not len(mesh.faces) or held[mesh.faces].all():
         return positions
-    damping = np.full(len(positions), STAY)
+    damping = np.full(count, STAY)
     at = Assignment.of(samples, positions, mesh.faces)
     flip_edges(mesh, positions, samples, at, ROUNDS)
     for turn in range(TURNS):
         progress(turn / TURNS)
-        before = _energies(mesh.faces, samples, at, len(positions))
+        before = _energies(mesh.faces, samples, at, count)
         moves = _Squares.of(positions, mesh.faces, samples, at, damping, held).least()
         moved = _undo_turned(positions, positions + moves, mesh)
-        at.renew(samples, moved, mesh.faces)
-        after = _energies(mesh.faces, samples, at, len(positions))
-        worse = after > before
+        at.renew(samples, moved, mesh.faces, _differ(moved, positions))
+        worse = _energies(mesh.faces, samples, at, count) > before
         damping[worse] *= DAMPING
-        moved[worse] = positions[worse]
-        positions = _undo_turned(positions, moved, mesh)
-        at.renew(samples, positions, mesh.faces)
-        flip_edges(mesh, positions, samples, at, ROUNDS_BETWEEN if turn < TURNS - 1 else ROUNDS)
-    return positions
+        fitted = moved.copy()
+        fitted[worse] = positions[worse]
+        positions = _undo_turned(positions, fitted, mesh)
+        at.renew(samples, positions, mesh.faces, _differ(positions, moved))
+        if turn < TURNS - 1:
+            flip_edges(mesh, positions, samples, at, ROUNDS_BETWEEN)
+    free = np.unique(mesh.faces)
+    free = free[~held[free].reshape(len(free), -1).any(axis=1)]
+    near = pull_back(positions, free, _farthest(mesh.faces, at, count), *original)
+    near = _undo_turned(positions, near, mesh)
+    at.renew(samples, near, mesh.faces, _differ(near, positions))
+    flip_edges(mesh, near, samples, at, ROUNDS)
+    return near
+
+
+def _differ(first: Floats, second: Floats) -> Mask:
+    """Return which rows (n,) differ."""
+    return np.asarray((first != second).any(axis=1))
+
+
+def _farthest(faces: Indices, at: Assignment, count: int) -> Floats:
+    """Return the largest squared distance (count,) of samples to the faces round vertices."""
+    of_face, result = np.zeros(len(faces)), np.zeros(count)
+    np.maximum.at(of_face, at.face, at.square)
+    for corner in faces.T:
+        np.maximum.at(result, corner, of_face)
+    return result
 
 
 def _energies(faces: Indices, samples: Samples, at: Assignment, count: int) -> Floats:
@@ -151,7 +178,9 @@ class _Squares:
     pull : (3, u) float64
         Half the downward gradient where nothing moves.
     stay : (u,) float64
-        Weight of staying; infinite for vertices that are held.
+        Weight of staying.
+    free : (u,) bool or (3, u) bool
+        What is not held.
     diagonal : (u,) float64
         Of the matrix without `stay`, roughly.
     """
@@ -166,6 +195,7 @@ class _Squares:
     smooth: Floats
     pull: Floats
     stay: Floats
+    free: Mask
     diagonal: Floats
 
     @classmethod
@@ -217,17 +247,15 @@ class _Squares:
             own = across[i, i] + both[i, i] + smooth[i, i]
             diagonal += np.bincount(corner, own, len(used))
         stay = damping[used] * (diagonal + 0.1 * diagonal.mean()) + np.finfo(np.float64).tiny
-        stay[held[used]] = np.inf
         return cls(
             used, len(positions), corners, normals, means, across, both, smooth, pull, stay,
-            diagonal,
+            ~held[used].T, diagonal,
         )  # fmt: skip
 
     def least(self) -> Floats:
         """Return the moves (count, 3) of all vertices that make the sum least."""
         size = 3 * len(self.used)
-        free = np.isfinite(self.stay)
-        stay = np.where(free, self.stay, 1.0)
+        free, stay = self.free, self.stay
         scale = np.tile(1.0 / (self.diagonal + stay), 3)
 
         def multiply(flat: Floats) -> Floats:

@@ -69,6 +69,8 @@ class FlipMesh:
         Ascending keys of all edges that are there, or were before they were flipped.
     count : int
         Number of vertices.
+    apart : (n,) bool or None
+        Vertices of which no two may be joined.
     """
 
     faces: Indices
@@ -76,9 +78,17 @@ class FlipMesh:
     twins: Indices
     keys: Keys
     count: int
+    apart: Mask | None = None
 
     @classmethod
-    def of(cls, faces: Indices, corners: Indices, count: int, fixed: Keys) -> FlipMesh:
+    def of(
+        cls,
+        faces: Indices,
+        corners: Indices,
+        count: int,
+        fixed: Keys,
+        apart: Mask | None = None,
+    ) -> FlipMesh:
         """Return a copy of faces whose edges may be flipped.
 
         But for those of one face, of more than two, of two that do not wind alike, and `fixed`
@@ -93,7 +103,7 @@ class FlipMesh:
         one, other = (3 * (s % len(faces)) + s // len(faces) for s in (one[alike], other[alike]))
         twins = np.full(faces.size, -1)
         twins[one], twins[other] = other, one
-        return cls(faces.copy(), corners.copy(), twins, keys, count)
+        return cls(faces.copy(), corners.copy(), twins, keys, count, apart)
 
     def sides_of(self, chosen: Mask) -> Indices:
         """Return one side (e,) of each edge of the chosen faces (k,) that may be flipped."""
@@ -113,6 +123,8 @@ class FlipMesh:
         """Return which flips (e,) make a new edge, and neither turn a face over nor make a fold."""
         _, _, c, d = quads.corners
         good = (c != d) & ~contains(self.keys, edge_key(c, d, self.count))
+        if self.apart is not None:
+            good &= ~(self.apart[c] & self.apart[d])
         rows = np.flatnonzero(good)
 
         def check(start: int, stop: int) -> None:

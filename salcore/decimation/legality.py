@@ -160,6 +160,19 @@ def would_break_seam(rings: OneRings, seam: Mask) -> Mask:
     return broken
 
 
+def leaves_plane(rings: OneRings, on_plane: Mask) -> Mask:
+    """Return which collapses (s,) a surface cannot bear that ends at a plane of symmetry.
+
+    Vertices (n,) on the plane stay on it; and no edge off its border joins two of them, or else
+    that edge would be its own twin.
+    """
+    gone, stays = on_plane[rings.removed], on_plane[rings.kept]
+    joined = on_plane[rings.other] & ~rings.shared & (rings.other != rings.edge_kept)
+    joins = np.zeros(len(gone), dtype=bool)
+    joins[rings.edge_owner[joined]] = True
+    return np.asarray((gone & ~stays) | (~gone & stays & joins))
+
+
 def conflicting(rings: OneRings, good: Mask) -> Mask:
     """Return which of the good collapses conflict with a cheaper one, which has a lower number.
 

@@ -200,22 +200,30 @@ class Assignment:
         """
         total = len(samples.owner)
         result = cls(np.empty(total, dtype=np.intp), np.empty(total), np.empty(total))
-        result._search(samples, points, faces, afresh=True)
+        result._search(samples, points, faces, np.arange(total), afresh=True)
         return result
 
-    def renew(self, samples: Samples, points: Floats, faces: Indices) -> None:
-        """Assign samples anew after points have moved, from the faces that they were nearest to."""
-        self._search(samples, points, faces, afresh=False)
+    def renew(self, samples: Samples, points: Floats, faces: Indices, moved: Mask) -> None:
+        """Assign samples anew after points (n,) have moved, from the faces they were nearest to.
 
-    def _search(self, samples: Samples, points: Floats, faces: Indices, *, afresh: bool) -> None:
+        Only those of faces (k, 3) with a corner that has moved are looked at.
+        """
+        changed = np.asarray(moved[faces].any(axis=1))
+        beside = np.flatnonzero(changed[self.face])
+        self._search(samples, points, faces, beside, afresh=False)
+
+    def _search(
+        self, samples: Samples, points: Floats, faces: Indices, chosen: Indices, *, afresh: bool
+    ) -> None:
         triangles = Triangles.of(points, faces)
         bounds = np.zeros(len(points) + 1, dtype=np.intp)
         np.cumsum(np.bincount(faces.ravel(), minlength=len(points)), out=bounds[1:])
         around = np.argsort(faces.ravel(), kind="stable") // 3
 
         def walk(start: int, stop: int) -> None:
-            sample, vertex = np.arange(start, stop), samples.owner[start:stop]
-            queries, face = samples.points[:, start:stop], self.face[start:stop]
+            sample = chosen[start:stop]
+            vertex, face = samples.owner[sample], self.face[sample]
+            queries = samples.points.take(sample, axis=1)
             if afresh:
                 face, square = _nearest(triangles, queries, vertex, around, bounds)
             else:
@@ -235,7 +243,7 @@ class Assignment:
                 sample, queries, vertex = sample[new], queries[:, new], vertex[new]
                 face, square = face[new], square[new]
 
-        run_blocks(walk, len(samples.owner), size=SAMPLE_BLOCK)
+        run_blocks(walk, len(chosen), size=SAMPLE_BLOCK)
 
     def put(
         self,

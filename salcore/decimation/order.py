@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..arrays.edges import find_edges
-from ..arrays.types import Floats, Indices, Integers, Ints
+from ..arrays.types import Floats, Indices, Integers, Ints, Mask
 from ..input.wedges import MAX_SEAMS, Wedges
 from ..progress import SILENT, Progress
 from .costs import Costs, Weights
@@ -81,6 +81,7 @@ def eliminate(
     wedges: Wedges | None = None,
     keep_topology: bool = False,
     scale: Scale | None = None,
+    on_plane: Mask | None = None,
 ) -> Elimination:
     """Return the order of elimination.
 
@@ -107,6 +108,9 @@ def eliminate(
     scale : Scale, optional
         What a tile of a cloud takes over from the whole. Large clouds, which have a `priority`,
         find their own.
+    on_plane : (n,) bool, optional
+        Vertices on a plane of symmetry where the surface ends: what is left, and its mirror image,
+        fit together there.
 
     Notes
     -----
@@ -122,7 +126,7 @@ def eliminate(
     if wedges is not None:
         state.wedges = WedgeCollapses.of_faces(wedges, faces)
         state.charts_hold = bool(state.half_edges.seam.any())
-    state.keep_topology = keep_topology
+    state.keep_topology, state.on_plane = keep_topology, on_plane
     if len(faces) and not keep_topology:
         ends = state.half_edges.source.reshape(2, -1)
         state.parts = Parts.find((ends[0], ends[1]), state.costs, weights, priority)

@@ -16,6 +16,7 @@ from .legality import (
     FORBIDDEN_AT_LAST,
     GUESSED,
     conflicting,
+    leaves_plane,
     legal,
     would_break_seam,
 )
@@ -88,6 +89,8 @@ class State:
     """Step of the threshold of each round."""
     costs_then: list[Floats] = field(default_factory=list)
     """Costs of what each round removed."""
+    on_plane: Mask | None = None
+    """Vertices on the plane of symmetry where the surface ends."""
 
     def find_cheapest(self) -> Floats:
         """Return the cost (n,) of every vertex's cheapest collapse; infinite for none."""
@@ -143,6 +146,8 @@ class State:
     def select_legal(self, rings: OneRings) -> Mask:
         """Return which collapses (s,) to perform, and make those dearer that have failed."""
         good = legal(rings, self.costs.points, self.degree)
+        if self.on_plane is not None:
+            good &= ~leaves_plane(rings, self.on_plane)
         broken = would_break_seam(rings, self.half_edges.seam)
         if self.wedges is not None and self.charts_hold:
             broken |= self.wedges.tearing(rings, self.vertex_id)
@@ -245,5 +250,7 @@ class State:
         self.cluster_size = self.cluster_size.take(alive)
         self.degree = self.degree.take(alive)
         self.guessed = self.guessed.take(alive)
+        if self.on_plane is not None:
+            self.on_plane = self.on_plane.take(alive)
         if self.parts is not None:
             self.parts.compact(alive)

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays.types import Floats
 from ..errors import ParameterError
 from ..parameters import TARGETS
 from ..progress import SILENT, Progress
@@ -97,7 +96,8 @@ def count_for_faces(
 
 def count_within(
     bound: float,
-    estimate: Floats,
+    start: int,
+    most: int,
     measure: Callable[[int], float],
     least: int,
     progress: Progress = SILENT,
@@ -107,8 +107,10 @@ def count_within(
     Parameters
     ----------
     bound : float
-    estimate : (n,) float64
-        Estimated error of keeping 0, 1, 2, ... points, falling; it says where to start.
+    start : int
+        Count that is estimated to have this error.
+    most : int
+        Number of all points.
     measure : callable
         Measures the error of a count.
     least : int
@@ -120,8 +122,7 @@ def count_within(
     The measured error need not fall with every point added; the count returned was measured, and
     is within one per cent of one that is too small.
     """
-    most = len(estimate)
-    high = int(np.clip(np.count_nonzero(estimate > bound), max(least, 1), most))
+    high = int(np.clip(start, max(least, 1), most))
     low = 0
     trials = 0
     while high < most and measure(high) > bound:

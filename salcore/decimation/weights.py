@@ -59,3 +59,15 @@ def weigh_removals(
         border=parameters.border_weight * (1.0 if len(faces) else GUESSED_BORDER),
         values=values if parameters.attribute_weight else None,
     )
+
+
+def weigh_cloud(saliency: Floats, parameters: Parameters) -> Weights:
+    """Return what the removal of each vertex (n,) of a cloud without constraints costs."""
+    count = len(saliency)
+    return Weights(
+        1.0 + parameters.detail * saliency,
+        evenness=np.full(count, max(parameters.evenness, FLAT_EVENNESS)),
+        guessed_surface=np.ones(count, dtype=bool),
+        protected=np.zeros(count, dtype=bool),
+        border=parameters.border_weight * GUESSED_BORDER,
+    )

@@ -136,10 +136,13 @@ class Constraints:
 
 
 def border_vertices(geometry: Geometry) -> Mask:
-    """Return the vertices (n,) with an edge of a single face."""
+    """Return the vertices (n,) with an edge of a single face, off any plane of symmetry."""
     count = len(geometry.points)
     edges = find_edges(geometry.faces, count)
     single = edges.uses == 1
+    if geometry.plane is not None:
+        on_plane = geometry.plane.on_plane
+        single &= ~(on_plane[edges.low] & on_plane[edges.high])
     border = np.zeros(count, dtype=bool)
     border[edges.low[single]] = border[edges.high[single]] = True
     return border

@@ -33,6 +33,25 @@ processor's cache in any order."""
 
 
 @dataclass(frozen=True, eq=False)
+class Plane:
+    """The plane of symmetry at which a half of a geometry ends.
+
+    Attributes
+    ----------
+    on_plane : (n,) bool
+        Vertices on it.
+    axis : int
+        It is where this coordinate is constant.
+    at : float
+        The coordinate, of the clean points.
+    """
+
+    on_plane: Mask
+    axis: int
+    at: float
+
+
+@dataclass(frozen=True, eq=False)
 class Geometry:
     """Clean geometry.
 
@@ -69,6 +88,8 @@ class Geometry:
         The input's points as they are, for positions that must not be rounded.
     backs : Backs or None
         Faces that are others turned over, which are not among `faces`.
+    plane : Plane or None
+        Where this is one half of a symmetrical whole: where it ends, without ending there.
     """
 
     points: Floats
@@ -85,6 +106,7 @@ class Geometry:
     corner_points: Indices | None = None
     given_faces: int = 0
     backs: Backs | None = None
+    plane: Plane | None = None
 
     @property
     def input_count(self) -> int:
@@ -169,7 +191,7 @@ def clean(
         )
     kept = np.flatnonzero(finite)
     centred, to_unit, centre = _centre(coordinates[kept], box)
-    welded, first = _weld(centred)
+    welded, first = weld_points(centred)
     number = np.arange(len(first))
     if not len(triangles) and len(first) >= SCATTERED:
         number = cKDTree(centred[first], balanced_tree=False).indices
@@ -264,7 +286,7 @@ def _centre(points: Floats, box: tuple[Floats, Floats] | None) -> tuple[Floats, 
     return centred, float(np.ldexp(1.0, -first - second)), np.ldexp(centre, first)
 
 
-def _weld(points: Floats) -> tuple[Indices, Indices]:
+def weld_points(points: Floats) -> tuple[Indices, Indices]:
     """Return the vertex of each point and the first point of each vertex, in input order."""
     order = np.lexsort(points.T)  # stable: equal points stay in input order
     ordered = points[order]

@@ -137,6 +137,27 @@ def count_steps(step: Ints) -> NDArray[np.int64]:
     return np.bincount(step - LOWEST, minlength=LAST_STEP - LOWEST + 1)
 
 
+def worst_by_step(step: Ints, error: Floats) -> Floats:
+    """Return the largest error of points (n,) that go at each step; tiles merge by the maximum."""
+    worst = np.zeros(LAST_STEP - LOWEST + 1)
+    np.maximum.at(worst, step - LOWEST, error)
+    return worst
+
+
+def count_of_error(counts: NDArray[np.int64], worst: Floats, bound: float) -> int:
+    """Return about how many points keep an error within a bound, from what all tiles add up to.
+
+    Parameters
+    ----------
+    counts : (steps,) int64
+        From `count_steps`.
+    worst : (steps,) float64
+        From `worst_by_step`.
+    bound : float
+    """
+    return int(counts[np.maximum.accumulate(worst) > bound].sum())
+
+
 def find_step(counts: NDArray[np.int64], count: int) -> tuple[int, int]:
     """Return the step within which an order is cut, and how many of its points are kept.
 

@@ -8,7 +8,6 @@ there. Only the core counts in statistics and results.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,14 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays.blocks import set_workers
-from ..arrays.types import Floats, Ints, Mask
+from ..arrays.types import Floats, Indices, Ints, Mask
 from ..arrays.vectors import dot, face_normals
 from ..decimation.order import eliminate
 from ..decimation.surface import elimination_surface
-from ..decimation.weights import weigh_removals
-from ..input.constraints import Constraints
-from ..input.geometry import Geometry, clean
-from ..method.frames import Frames, build_frames
+from ..decimation.weights import weigh_cloud
+from ..input.geometry import clean
+from ..method.frames import build_frames
 from ..method.graph import build_graph
 from ..method.saliency import build_saliency
 from ..parameters import Parameters
@@ -33,74 +31,49 @@ from .merge import Statistics, Whole
 
 @dataclass(frozen=True, eq=False)
 class Tile:
-    """A tile that has been analysed, over its n distinct points.
+    """What of an analysed tile its order needs, over its n distinct points.
 
     Attributes
     ----------
-    geometry : Geometry
-    frames : Frames
+    points : (n, 3) float64
+        In the unit of the clean whole, in the order of a k-d tree.
+    number : (n,) intp
+        Place of each in the order of the input, which decides ties.
+    input_of : (n,) intp
+        Input point that each is: of equal ones the first.
     saliency : (n,) float64
         Before it is scaled.
     faces : (m, 3) int32
         Triangles on which neighbouring stars agree.
-    links : ((l,) int32, (l,) int32)
-        Where points without triangles may go.
+    low, high : (l,) int32
+        Links along which points without triangles may go.
     core : (n,) bool
         Points that are no halo.
+    normals : (n, 3) float64 or None
+        For errors; the order does not need them.
     """
 
-    geometry: Geometry
-    frames: Frames
+    points: Floats
+    number: Indices
+    input_of: Indices
     saliency: Floats
     faces: Ints
-    links: tuple[Ints, Ints]
+    low: Ints
+    high: Ints
     core: Mask
+    normals: Floats | None = None
 
     def arrays(self) -> dict[str, NDArray[Any]]:
-        """Return all of it as named arrays, for a file; `from_arrays` takes them back."""
-        found: dict[str, NDArray[Any]] = {
-            "saliency": self.saliency,
-            "faces": self.faces,
-            "low": self.links[0],
-            "high": self.links[1],
-            "core": self.core,
-        }
-        for owner, values in (("geometry", self.geometry), ("frames", self.frames)):
-            for field in dataclasses.fields(values):
-                value = getattr(values, field.name)
-                if value is not None:
-                    found[f"{owner}.{field.name}"] = np.asarray(value)
-        return found
-
-    @classmethod
-    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Tile:
-        """Return the tile of these arrays."""
-        parts: dict[str, dict[str, Any]] = {"geometry": {"normals": None}, "frames": {}}
-        for name in arrays:
-            owner, _, field = name.partition(".")
-            if field:
-                value = arrays[name]
-                parts[owner][field] = value if value.ndim else value.item()
-        return cls(
-            Geometry(**parts["geometry"]),
-            Frames(**parts["frames"]),
-            arrays["saliency"],
-            arrays["faces"],
-            (arrays["low"], arrays["high"]),
-            arrays["core"],
-        )
+        """Return all but the normals as named arrays; ``Tile(**arrays)`` takes them back."""
+        names = [field.name for field in dataclasses.fields(self) if field.name != "normals"]
+        return {name: getattr(self, name) for name in names}
 
     def statistics(self) -> Statistics:
         """Return what this tile adds to the whole."""
-        points = self.geometry.points
-        mine = self.core[self.faces[np.arange(len(self.faces)), self._first_corner()]]
-        double = face_normals(points, self.faces[mine])
+        first = self.number[self.faces].argmin(axis=1)  # the corner whose tile counts a face
+        mine = self.core[self.faces[np.arange(len(self.faces)), first]]
+        double = face_normals(self.points, self.faces[mine])
         return Statistics.of_core(self.saliency[self.core], 0.5 * np.sqrt(dot(double, double)))
-
-    def _first_corner(self) -> NDArray[np.intp]:
-        """Return the corner (m,) of each face that comes first in the whole: its tile counts it."""
-        result: NDArray[np.intp] = self.geometry.number[self.faces].argmin(axis=1)
-        return result
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,10 +86,13 @@ class Order:
         Step of the threshold; `LAST_STEP` for those that never go.
     cost : (n,) float64
         Of removal.
+    error : (n,) float64
+        Estimate of the error of the surface once each is gone, in the unit of the clean whole.
     """
 
     step: Ints
     cost: Floats
+    error: Floats
 
 
 def analyse_tile(
@@ -151,7 +127,16 @@ def analyse_tile(
         saliency = build_saliency(geometry.points, graph, frames, parameters, part)
         part = progress.part(0.9, 1.0, "Surface")
         faces, links = elimination_surface(geometry, graph, parameters, part)
-    return Tile(geometry, frames, saliency.raw, faces, links, core[geometry.input_of])
+    return Tile(
+        geometry.points,
+        geometry.number,
+        geometry.input_of,
+        saliency.raw,
+        faces,
+        *links,
+        core[geometry.input_of],
+        frames.normals,
+    )
 
 
 def order_tile(
@@ -172,20 +157,16 @@ def order_tile(
     Of equal points the first stands for all; the others go at once, at step `LOWEST`, and points
     that are not finite before them.
     """
-    geometry = tile.geometry
-    constraints = Constraints.check(geometry, None, None, None)
-    saliency = whole.scaled(tile.saliency)
     with set_workers(parameters.workers):
-        weights = weigh_removals(geometry, tile.frames, saliency, constraints, parameters)
         elimination = eliminate(
-            geometry.points,
+            tile.points,
             tile.faces,
-            tile.links,
-            weights,
+            (tile.low, tile.high),
+            weigh_cloud(whole.scaled(tile.saliency), parameters),
             progress=progress,
-            priority=geometry.number,
+            priority=tile.number,
             scale=whole.scale,
         )
     assert elimination.step is not None
     assert elimination.cost is not None
-    return Order(elimination.step, elimination.cost)
+    return Order(elimination.step, elimination.cost, elimination.error)

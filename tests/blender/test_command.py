@@ -2,6 +2,7 @@
 """The background command, on real files."""
 
 import bpy
+import numpy as np
 import pytest
 import scenes
 from models import model_path
@@ -33,6 +34,19 @@ def test_a_cloud_keeps_its_properties(module, tmp_path):
     obj = points_of(target)
     assert len(obj.data.vertices) == 50
     assert len({item.value for item in obj.data.attributes["heat"].data}) == 50
+
+
+def test_what_is_done_first_and_symmetry(module, tmp_path, capsys):
+    scenes.torus()
+    source, target = tmp_path / "in.stl", tmp_path / "out.ply"
+    bpy.ops.wm.stl_export(filepath=str(source), export_selected_objects=True)
+    options = ["--faces", "400", "--weld", "--remove-loose", "--symmetry", "x"]
+    assert module("command").main([str(source), str(target), *options]) == 0
+    capsys.readouterr()
+    at = scenes.positions(points_of(target))
+    assert len(at) == 200  # of a ring with 400 triangles
+    image = at * np.float32([-1, 1, 1])
+    assert {*map(tuple, image + 0.0)} == {*map(tuple, at + 0.0)}
 
 
 @pytest.mark.parametrize("ending", [".obj", ".stl", ".glb", ".usdc", ".abc"])

@@ -264,3 +264,28 @@ def test_demo(tmp_path):
 def test_the_two_ways_to_call_it():
     assert run("--version").stdout.split() == ["salient-simplify", salcore.__version__]
     assert "simplify" in run("--help").stdout
+
+
+def test_help_fits_on_a_screen_and_help_all_names_everything():
+    short, whole = (run("simplify", option).stdout for option in ("--help", "--help-all"))
+    assert len(short.splitlines()) <= 36
+    for option in ("--ratio", "--count", "--faces", "--max-error", "--memory", "--report"):
+        assert f"  {option} " in short
+    for row in (*salcore.TABLE, *salcore.TARGETS):
+        assert f"--{row.name.replace('_', '-')}" in whole
+
+
+def test_help_needs_no_library_that_takes_long_to_import():
+    code = (
+        "import sys; from meshlab_filter.cli.options import make_parser; make_parser(); "
+        "print(*sorted({name.split('.')[0] for name in sys.modules}))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert not {"scipy", "pymeshlab", "dask", "tqdm"} & set(done.stdout.split())
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "tcsh"])
+def test_completion(shell):
+    script = run("--completion", shell).stdout
+    assert "max-error" in script
+    assert "lods" in script

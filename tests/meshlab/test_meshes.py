@@ -79,6 +79,24 @@ def test_neighbouring_tiles_meet_where_the_border_is_kept(run, tmp_path):
     assert {tuple(p) for p in points if 0.0 in p[:2] or 1.0 in p[:2]} <= kept
 
 
+def test_a_symmetrical_mesh_stays_so_or_is_refused(run, tmp_path):
+    points, faces = torus(60, 30)
+    source = write_ply(tmp_path / "in.ply", rows(points, {}), faces)
+    run("simplify", source, tmp_path / "o.ply", "--ratio", "0.1", "--symmetry", "y")
+    _, places, _ = read_ply(tmp_path / "o.ply")
+    image = np.round(places * [1, -1, 1], 4) + 0.0
+    assert {*map(tuple, image)} == {*map(tuple, np.round(places, 4) + 0.0)}
+    crooked = write_ply(tmp_path / "b.ply", rows(points + np.array([0.0, 0.3, 0.0]), {}), faces)
+    arguments = ["simplify", str(crooked), str(tmp_path / "c.ply"), "--ratio", "0.1"]
+    said = run(*arguments, "--symmetry", "y", status=2)
+    assert "of 1,800 points have no twin" in said
+    meshes = pymeshlab.MeshSet(verbose=False)
+    meshes.load_new_mesh(str(source))
+    mf.apply(meshes, "meshing_decimation_by_saliency", ratio=0.1, symmetry="y")
+    found = np.round(meshes.current_mesh().vertex_matrix(), 4) + 0.0
+    assert {*map(tuple, found)} == {*map(tuple, image)}
+
+
 def test_topology_is_kept_or_the_loss_is_said(run, tmp_path):
     points, faces = torus(30, 15)
     both = np.concatenate([points, 0.05 * points + [9, 0, 0]])

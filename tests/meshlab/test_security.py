@@ -22,6 +22,8 @@ ALLOWED = {
     # Start Blender's own Python, and talk to it in bytes through a local socket.
     "blender_addon/worker/host.py": {"subprocess", "multiprocessing"},
     "blender_addon/worker/child.py": {"multiprocessing"},
+    # Starts Blender without a window, which bakes.
+    "blender_addon/geometry/baking.py": {"subprocess"},
     # Runs its own stages in a pool of processes.
     "meshlab_filter/large/run.py": {"multiprocessing"},
 }

@@ -11,7 +11,8 @@ import os
 import sys
 from pathlib import Path
 
-assert importlib.util.find_spec("scipy") is None
+BUNDLED = ("scipy", "laspy", "lazrs", "plyfile")
+assert not any(map(importlib.util.find_spec, BUNDLED))
 
 import bpy  # noqa: E402
 
@@ -63,7 +64,32 @@ bpy.ops.extensions.package_install_files(
 assert MODULE in bpy.context.preferences.addons
 assert INSTALLED.is_dir()
 
+
+def check_files():
+    """Import what needs libraries: a scan that laspy packs here by lazrs, and a PLY file."""
+    import laspy
+    import numpy as np
+
+    points = 6e5 + np.random.default_rng(0).random((300, 3)).cumsum(axis=0)
+    las = laspy.LasData(laspy.LasHeader(point_format=3, version="1.2"))
+    las.header.scales, las.header.offsets = [0.001] * 3, [6e5] * 3
+    las.x, las.y, las.z = points.T
+    las.write(str(USER / "scan.laz"))
+    rows = "\n".join(" ".join(map(repr, row)) for row in points.tolist())
+    head = "ply\nformat ascii 1.0\nelement vertex 300\n"
+    head += "".join(f"property double {axis}\n" for axis in "xyz")
+    (USER / "scan.ply").write_text(f"{head}end_header\n{rows}\n")
+    for name, step in (("scan.laz", 0.0006), ("scan.ply", 1e-4)):
+        assert bpy.ops.import_scene.salient_cloud(filepath=str(USER / name)) == {"FINISHED"}
+        cloud = bpy.context.active_object
+        near = np.empty(900, dtype=np.float32)
+        cloud.data.attributes["position"].data.foreach_get("vector", near)
+        off = near.reshape(-1, 3) + np.array(cloud["salient_offset"][:]) - points
+        assert np.abs(off).max() < step, name
+
+
 check_mesh_and_cloud()
+check_files()
 
 
 def check_the_worker():
@@ -82,8 +108,9 @@ def check_the_worker():
 
 
 process = check_the_worker()
-scipy = Path(sys.modules["scipy"].__file__).resolve()
-assert scipy.is_relative_to(USER.resolve()), scipy
+for library in BUNDLED:
+    place = Path(sys.modules[library].__file__).resolve()
+    assert place.is_relative_to(USER.resolve()), place
 
 bpy.ops.preferences.addon_disable(module=MODULE)
 assert MODULE not in bpy.context.preferences.addons
@@ -93,7 +120,9 @@ bpy.ops.extensions.package_uninstall(
     repo_index=modules.index("user_default"), pkg_id="salient_simplify"
 )
 assert not INSTALLED.exists()
-assert not list(USER.rglob("scipy*")), "scipy is still there"
+for library in BUNDLED:
+    left = [path for path in USER.rglob(f"{library}*") if path.parent.name != "__pycache__"]
+    assert not left, left  # Blender leaves the compiled copy of a module that is no folder
 
 # bpy's own end now and then waits for ever for one of its threads.
 sys.stdout.flush()

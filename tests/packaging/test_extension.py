@@ -10,6 +10,7 @@ import io
 import json
 import os
 import platform
+import re
 import runpy
 import subprocess
 import sys
@@ -39,7 +40,7 @@ HOST = "{}-{}".format(
 )
 # Where bpy exists but is not installed these tests fail: they must not drop out unnoticed.
 needs_bpy = pytest.mark.skipif(
-    PYTHON not in {wheel.python for wheel in package.WHEELS.get(HOST, ())},
+    f"cp{PYTHON.replace('.', '')}" not in {wheel.python for wheel in package.WHEELS.get(HOST, ())},
     reason=f"there is no bpy for Python {PYTHON} on {HOST}",
 )
 
@@ -92,6 +93,27 @@ def test_tags_are_blenders():
     assert set(MANIFEST["tags"]) <= known
 
 
+def test_every_platform_has_all_libraries_for_all_its_pythons():
+    for name, wheels in package.WHEELS.items():
+        pythons = {wheel.python for wheel in wheels} - {"py3"}
+        assert pythons == ({"cp311"} if name == "macos-x64" else {"cp311", "cp313"})
+        for library in ("scipy", "lazrs"):
+            assert {w.python for w in wheels if w.library == library} == pythons
+        assert {w.library for w in wheels if w.python == "py3"} == {"laspy", "plyfile"}
+        known = {"linux-x64": "manylinux", "windows-x64": "win", "macos": "macosx"}
+        system = next(tag for key, tag in known.items() if name.startswith(key))
+        assert all(w.tag.startswith(system) for w in wheels if w.python != "py3")
+        assert len(set(wheels)) == len(wheels)
+
+
+def test_files_that_need_a_library_find_it_among_the_wheels():
+    wanted = set()
+    for path in (ADDON / "geometry").glob("*.py"):
+        wanted |= set(re.findall(r'required\("(\w+)", path\)', path.read_text(encoding="utf-8")))
+    bundled = {wheel.library for wheels in package.WHEELS.values() for wheel in wheels}
+    assert wanted == bundled - {"scipy"}
+
+
 @pytest.mark.network
 @pytest.mark.parametrize(
     ("name", "wheel"),
@@ -102,20 +124,20 @@ def test_every_wheel_is_to_be_had(name, wheel, tmp_path):
         *("-m", "pip", "install", "--quiet", "--dry-run", "--report", "-", "--target", tmp_path),
         # Older versions of pip compare what scipy requires with the Python that runs them.
         *("--no-deps", "--only-binary=:all:", "--ignore-requires-python"),
-        *("--platform", wheel.tag, "--python-version", wheel.python, f"scipy=={wheel.version}"),
+        *("--platform", wheel.tag, "--python-version", wheel.python[2:].ljust(3, "1")),
+        f"{wheel.library}=={wheel.version}",
     )
     status, said, errors = run(*command)
     assert status == 0, errors
     (found,) = json.loads(said)["install"]
-    assert found["download_info"]["url"].endswith(f"{wheel.tag}.whl")
+    assert found["download_info"]["url"].endswith(".whl")
+    assert wheel.tag in found["download_info"]["url"].rpartition("-")[2]
 
 
 @pytest.mark.network
 def test_a_missing_wheel_is_one_clear_error(tmp_path):
-    absent = package.Wheel("3.13", "1.18.1", "macosx_10_14_x86_64")
-    expected = (
-        r"no wheel of scipy 1\.18\.1 for Python 3\.13 and macosx_10_14_x86_64: ERROR: [^\n]+$"
-    )
+    absent = package.Wheel("scipy", "1.18.1", "cp313", "macosx_10_14_x86_64")
+    expected = r"no wheel of scipy 1\.18\.1 for cp313 and macosx_10_14_x86_64: ERROR: [^\n]+$"
     with pytest.raises(package.PackageError, match=expected):
         package.fetch(absent, tmp_path)
 
@@ -159,7 +181,8 @@ def test_the_zip_holds_what_it_should_and_no_more(built, wheels):
 
     bundled = {f"./{name}" for name in held if name.endswith(".whl")}
     assert len(bundled) == len(package.WHEELS[HOST])
-    assert not [name for name in bundled if not name.startswith("./wheels/scipy-")]
+    libraries = {name.removeprefix("./wheels/").partition("-")[0] for name in bundled}
+    assert libraries == {"scipy", "laspy", "lazrs", "plyfile"}
     assert manifest["platforms"] == manifest["build"]["generated"]["platforms"] == [HOST]
     assert set(manifest["wheels"]) == set(manifest["build"]["generated"]["wheels"]) == bundled
 

@@ -92,6 +92,56 @@ def test_what_can_protect_points_is_offered_and_understood(module):
     assert read.weight_names(None) == []
 
 
+def test_face_sets_and_the_sculpt_mask_protect():
+    obj = scenes.torus()
+    mesh = obj.data
+    sets = np.ones(800, dtype=np.int32)
+    sets[100:140], sets[300:310] = 3, 7
+    mesh.attributes.new(".sculpt_face_set", "INT", "FACE").data.foreach_set("value", sets)
+    mask = mesh.attributes.new(".sculpt_mask", "FLOAT", "POINT")
+    mask.data[9].value, mask.data[11].value = 1.0, 0.01
+    values = np.zeros(800, dtype=np.float32)
+    values[40:50] = 0.5
+    mesh.attributes.new("soft", "FLOAT", "FACE").data.foreach_set("value", values)
+    mesh.attributes.new("hard", "BOOLEAN", "FACE").data.foreach_set("value", values > 0)
+
+    def corners(polygons):
+        return {v for k in polygons for v in mesh.polygons[int(k)].vertices}
+
+    expected = {
+        ".sculpt_face_set": corners(np.flatnonzero(sets != 1)),
+        "Face Set 3": corners(range(100, 140)),
+        "Face Set 7": corners(range(300, 310)),
+        ".sculpt_mask": {9, 11},
+        "soft": corners(range(40, 50)),
+        "hard": corners(range(40, 50)),
+    }
+    places = scenes.positions(obj)
+    for name, points in expected.items():
+        scenes.select(obj)
+        bpy.ops.object.salient_simplify(
+            protect=name, ratio=0.15, hide_source=False, placement="optimal", measure=False
+        )
+        made = bpy.data.objects["Torus_simplified"]
+        left = {tuple(p) for p in scenes.positions(made).tolist()}
+        assert {tuple(p) for p in places[sorted(points)].tolist()} <= left, name
+        assert len(left) == 120
+        bpy.data.objects.remove(made)
+
+
+def test_face_sets_are_offered_and_missing_ones_refused(module):
+    read = module("geometry.read")
+    obj = scenes.torus()
+    assert ".sculpt_face_set" not in read.weight_names(obj)
+    sets = obj.data.attributes.new(".sculpt_face_set", "INT", "FACE")
+    sets.data.foreach_set("value", np.arange(800, dtype=np.int32) // 400 + 1)
+    assert {".sculpt_face_set", "Face Set 1", "Face Set 2"} <= set(read.weight_names(obj))
+    assert read.weights(obj, obj.data, "Face Set 1").sum() == 420
+    for name in ("Face Set 9", "Face Set x", "face"):
+        with pytest.raises(module("geometry.read").HostError, match="clear the field"):
+            read.weights(obj, obj.data, name)
+
+
 def test_importance_keeps_more_points_where_it_is_painted():
     obj = scenes.points_mesh(scenes.relief(2000))
     left = scenes.positions(obj)[:, 0] < 2.0

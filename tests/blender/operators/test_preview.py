@@ -59,8 +59,11 @@ def test_one_object_follows_the_target_and_is_what_simplify_makes(begin, kind):
         assert len(bpy.data.meshes) + len(bpy.data.pointclouds) == data_before + 1
         assert bpy.context.window_manager.salient_simplify.points_after == count
     assert preview.advance(bpy.context) == "wait"
+    figures = bpy.context.window_manager.salient_simplify
+    assert figures.title == f"{obj.name}: a draft, refined by Apply"
     preview.finish()  # what was shown were drafts
     begin.wait(preview)
+    assert figures.title == obj.name
     assert preview.copies == [[made]]
     preview.apply()
     places, faces = scenes.positions(made).tolist(), polygons(made)

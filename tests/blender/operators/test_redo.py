@@ -51,7 +51,7 @@ def test_errors_and_targets_are_in_scene_units_and_the_analysis_is_kept(module):
     redo(max_error=10.0)
     assert 5.0 < figures.max_error <= 10.0
     assert 20 < figures.points_after < first
-    assert len(requests._analyses) == 1
+    assert module("worker.analyses").count() == 1
 
 
 def test_of_a_large_scan_errors_are_measured_while_nobody_waits(module, work, monkeypatch):

@@ -5,6 +5,7 @@ Blender draws no panel without a window. A layout that looks every name up in Bl
 registry takes its place here.
 """
 
+import re
 from types import SimpleNamespace
 
 import bpy
@@ -66,8 +67,8 @@ def test_every_row_of_the_table_is_a_property(module):
     defaults = properties.preset("default")
     for row in properties.ROWS:
         words = settings.bl_rna.properties[row.name]
-        assert words.name == properties.LABELS.get(row.name, row.label)
-        assert properties.sentence(row).rstrip(".") in words.description
+        assert words.name == module("settings.words").label(row)
+        assert module("settings.words").sentence(row).rstrip(".") in words.description
         assert row.symbol in words.description
         assert getattr(settings, row.name) == pytest.approx(getattr(defaults, row.name))
         if row.type in (int, float):
@@ -75,6 +76,26 @@ def test_every_row_of_the_table_is_a_property(module):
     assert {row.name for row in salcore.TABLE} - {row.name for row in properties.ROWS} == {
         "error_unit"
     }
+
+
+def test_every_tooltip_says_what_more_does(module):
+    properties = module("settings.properties")
+    settings = bpy.context.scene.salient_simplify.bl_rna.properties
+    numbers = {row.name for row in properties.ROWS if row.type in (int, float)}
+    numbers |= {"max_error", "alpha", "importance_factor"}
+    for name in numbers:
+        words = settings[name].description.lower()
+        assert re.search(r"\bmore\b", words.replace("no removed point is more", "")), name
+    # What anyone may turn stands in one panel, what only the paper explains in a closed one.
+    panel = module("ui.panel")
+    quality = Shown(panel.VIEW3D_PT_salient_quality).layout.drawn
+    assert {"detail", "evenness", "level", "keep_seams", "keep_sharp", "keep_border"} <= {*quality}
+    assert "placement" in Shown(panel.VIEW3D_PT_salient).layout.drawn
+    for name in properties.QUALITY:
+        assert "Paper:" not in settings[name].description or name == "level"
+    paper = panel.VIEW3D_PT_salient_advanced
+    assert paper.bl_label == "Paper"
+    assert "DEFAULT_CLOSED" in paper.bl_options
 
 
 @pytest.mark.parametrize("name", ["Default", "Detail", "Even", "Paper"])

@@ -302,13 +302,14 @@ def test_few_analyses_are_kept(module, request_of):
     scenes.points_mesh(scenes.relief())
     for k in range(3):
         requests.run(request_of("saliency", cells=4 + k))
-    assert len(requests._analyses) == 3
-    requests._drop_old(1300)
-    assert len(requests._analyses) == 2
-    requests._drop_old(0)
-    assert len(requests._analyses) == 1
+    analyses = module("worker.analyses")
+    assert analyses.count() == 3
+    analyses._drop_old(1300)
+    assert analyses.count() == 2
+    analyses._drop_old(0)
+    assert analyses.count() == 1
     bpy.ops.wm.read_factory_settings(use_empty=True)
-    assert not requests._analyses
+    assert analyses.count() == 0
 
 
 def test_an_analysis_is_reused_until_geometry_or_parameters_change(module, request_of):
@@ -317,7 +318,7 @@ def test_an_analysis_is_reused_until_geometry_or_parameters_change(module, reque
 
     def analysis(**settings):
         requests.run(request_of("saliency", **settings))
-        return list(requests._analyses.values())[-1]
+        return list(module("worker.analyses")._kept.values())[-1]
 
     obj = scenes.points_mesh(scenes.relief())
     first = analysis()

@@ -13,6 +13,7 @@ from salcore.arrays.edges import edge_key, find_edges
 from salcore.arrays.vectors import face_normals
 from salcore.decimation.flips import FlipMesh, independent
 from salcore.decimation.nearest_faces import Assignment, Triangles
+from salcore.decimation.overshoot import REACH, pull_back
 from salcore.decimation.refine import fixed_edges, flip_edges
 from salcore.decimation.samples import Samples
 
@@ -58,6 +59,22 @@ def test_a_sample_walks_to_its_nearest_face():
     np.testing.assert_allclose(at.square, [0.25, 1.0])
     low, high = points[faces[at.face]].min(axis=1), points[faces[at.face]].max(axis=1)
     assert ((low <= queries) & (queries <= high))[:, :2].all()
+
+
+def test_a_vertex_far_from_the_original_comes_back():
+    points, faces = grid(8, 8)
+    moved = points.copy()
+    moved[20, 2] += 3.0  # far above its faces
+    moved[28, 2] += 0.5  # within reach
+    moved[30, 2] += 1.0  # no sample near it: back onto the surface
+    farthest = np.full(len(points), 0.2)
+    farthest[30] = 0.0
+    near = pull_back(moved, np.array([20, 28, 30]), farthest, points, faces)
+    np.testing.assert_allclose(near[20] - points[20], [0, 0, REACH * 0.2**0.5], atol=1e-12)
+    np.testing.assert_array_equal(near[28], moved[28])
+    np.testing.assert_allclose(near[30], points[30], atol=1e-12)
+    others = np.setdiff1d(np.arange(len(points)), [20, 28, 30])
+    np.testing.assert_array_equal(near[others], moved[others])
 
 
 def test_an_edge_is_flipped_onto_the_ridge_with_its_corners():

@@ -32,7 +32,7 @@ def simplify_in_tiles(points, count, most, halo):
     rows = []
     for tile, ids in zip(tiles, members, strict=True):
         order, core = order_tile(tile, whole, parameters), tile.core
-        rows.append((order.step[core], order.cost[core], ids[tile.geometry.input_of][core]))
+        rows.append((order.step[core], order.cost[core], ids[tile.input_of][core]))
     step, keep = find_step(sum(count_steps(row[0]) for row in rows), count)
     costs = [cost[steps == step] for steps, cost, _ in rows]
     cut = find_cut(step, keep, costs, [number[steps == step] for steps, _, number in rows])
@@ -111,8 +111,7 @@ def test_tiles_become_arrays_and_statistics_do_not_depend_on_their_order():
     box = box_of(points)
     parts = [points[:, 0] < 0.5, points[:, 0] >= 0.5]
     tiles = [
-        Tile.from_arrays(analyse_tile(points, part, box, salcore.Parameters()).arrays())
-        for part in parts
+        Tile(**analyse_tile(points, part, box, salcore.Parameters()).arrays()) for part in parts
     ]
     statistics = [tile.statistics() for tile in tiles]
     assert sum(one.points for one in statistics) == len(points)

@@ -6,65 +6,21 @@ import os
 import signal
 import threading
 import time
-from pathlib import Path
 
 import laspy
 import numpy as np
 import psutil
 import pytest
-from models import load_model
 from scan_files import make_las
+from scan_jobs import RATIO, make_job, write_scan
 
-import meshlab_filter
 import salcore
 from meshlab_filter.cli.command import main
 from meshlab_filter.large.bins import read_tile, typical_spacing
-from meshlab_filter.large.job import Job, look_at, work_folder
+from meshlab_filter.large.job import work_folder
 from meshlab_filter.large.run import share_memory, simplify_tiles
 from meshlab_filter.large.write import output_header
 from salcore.tiles.plan import count_cells
-
-RATIO = 0.1
-
-
-@pytest.fixture(autouse=True)
-def same_code(monkeypatch):
-    """Let processes import the code that the tests import, whatever copy is installed."""
-    monkeypatch.setenv("PYTHONPATH", str(Path(meshlab_filter.__file__).parents[1]))
-
-
-def write_scan(path, points, scale=0.01, offset=None, intensity=0):
-    """Write points with colours and intensity that tell them apart."""
-    header = laspy.LasHeader(version="1.2", point_format=2)
-    header.scales = [scale] * 3
-    header.offsets = np.floor(points.min(axis=0)) if offset is None else offset
-    scan = laspy.LasData(header)
-    scan.x, scan.y, scan.z = points.T
-    scan.intensity = (np.arange(len(points)) + intensity) % 65536
-    scan.red = np.arange(len(points)) // 65536
-    scan.write(str(path))
-    return path
-
-
-@pytest.fixture(scope="module")
-def scans(tmp_path_factory):
-    """A third of the crop as two files that border on each other."""
-    points, _ = load_model("autzen_crop_100k.ply")
-    points = points[points[:, 0] < np.quantile(points[:, 0], 0.35)]
-    left = points[:, 1] < np.median(points[:, 1])
-    folder = tmp_path_factory.mktemp("scans")
-    offset = np.floor(points.min(axis=0))
-    return [
-        write_scan(folder / f"{name}.laz", points[part], offset=offset)
-        for name, part in (("a", left), ("b", ~left))
-    ]
-
-
-def make_job(folder, paths, target="ratio", value=RATIO, most=10_000):
-    """Return a job of small tiles."""
-    return Job(
-        str(folder), look_at(paths), salcore.Parameters().as_dict(), target, float(value), most
-    )
 
 
 @pytest.fixture(scope="module")
@@ -213,7 +169,8 @@ def test_a_file_cut_short_is_named_and_nothing_is_written(scans, say, tmp_path):
     ("arguments", "message"),
     [
         (["light.laz", "--alpha", 1], "--alpha: is not worked out by tiles; give --ratio"),
-        (["light.laz", "--max-error", 0.1], "--max-error: is not worked out by tiles"),
+        (["light.laz", "--ratio", 0.1, "--contrast", "difference"], "--contrast: needs the whole"),
+        (["light.laz", "--ratio", 0.1, "--tiles", "no/no"], "no such folder; make it first"),
         (["light.ply", "--ratio", 0.1], "tiles are written as .laz or .las"),
         (["light.laz", "--ratio", 0.1, "--placement", "optimal"], "--placement: needs the whole"),
         (["light.laz", "--ratio", 0.1, "--memory", "9M"], "too little for one tile; give at least"),

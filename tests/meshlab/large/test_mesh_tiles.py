@@ -69,7 +69,7 @@ def make_job(folder, path, target="ratio", value=0.15, most=800, **options):
     source, layout = look_at_mesh(path)
     parameters = salcore.Parameters().as_dict()
     return MeshJob(
-        str(folder), (source,), parameters, target, float(value), most, layout, **options
+        str(folder), (source,), parameters, target, float(value), most, layout=layout, **options
     )
 
 
