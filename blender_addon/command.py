@@ -17,6 +17,7 @@ from .geometry.read import HostError
 from .geometry.topology import Reduced
 from .salcore import PRESETS, TARGETS, Parameter, Parameters, SalcoreError
 from .settings import properties
+from .settings.words import sentence
 from .worker import requests
 
 NAME = "salient_simplify"
@@ -97,7 +98,7 @@ def make_parser() -> argparse.ArgumentParser:
 
 def _add(group: Any, row: Parameter) -> None:
     """Add the option of one row of the table; left out, the preset's value holds."""
-    words: dict[str, Any] = {"dest": row.name, "help": properties.sentence(row).replace("%", "%%")}
+    words: dict[str, Any] = {"dest": row.name, "help": sentence(row).replace("%", "%%")}
     if row.type is bool:
         words["action"] = argparse.BooleanOptionalAction
     elif row.type is str:

@@ -57,7 +57,7 @@ __all__ = [
     "simplify",
 ]
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 _HOMES = {
     "analysis": "Analysis",

@@ -13,6 +13,7 @@ from ..geometry import read
 from ..salcore import PRESETS, TABLE, TARGETS, Parameter, Parameters
 from . import baking
 from .figures import Figures, figures
+from .words import choice_label, label, sentence
 
 HIDDEN = {"error_unit"}
 """Rows that a scene decides: lengths are always in its unit."""
@@ -32,10 +33,6 @@ OUTPUTS = (
     ("NEW", "New Object", "Put the result into a new object beside the original"),
     ("IN_PLACE", "In Place", "Replace the geometry of the object and of all that share it"),
 )
-LABELS = {"faces": "Triangles", "placement": "Points"}
-"""Names that Blender's users know, where they are not the table's."""
-CHOICES = {"pca": "PCA", "optimal": "Moved"}
-"""Labels of choices that are not their names."""
 DEFAULTS = {"placement": "optimal"}
 """Defaults that are others than the table's: in Blender a mesh is to look like the original."""
 LEVEL_TARGETS = ("ratio", "faces", "max_error")
@@ -49,32 +46,11 @@ MORE_PRESETS = {
 """Presets beside salcore's, as changes to its default."""
 
 
-def sentence(row: Parameter) -> str:
-    """Return what a row of the table means here."""
-    return SENTENCES.get(row.name, row.sentence)
-
-
-SENTENCES = {
-    "placement": "Kept vertices of a mesh move to where the error is least, or stay original "
-    "points; points of clouds always stay.",
-    "max_error": "About the fewest points whose surface is nowhere further than this from an "
-    "original point, in the scene's unit; more keeps fewer points.",
-    "detail": "More keeps more points on features, such as eyes and edges, and fewer on plain "
-    "parts; 0 looks at the shape alone.",
-    "evenness": "More spreads the points of a cloud evenly, and follows its features less; faces "
-    "of a mesh do not look at it.",
-    "level": "More smooths noise and small features away before it is decided what is salient.",
-    "refine": "Edges are turned, and moved points fitted, until the result lies nearest to the "
-    "original; without, it comes sooner and lies a little farther off.",
-}
-"""What rows mean in words of this place, where the table's are not those."""
-
-
 def _property(row: Parameter, options: set[str]) -> Any:
     """Return the Blender property of a row of the table."""
     symbol = f" Paper: {row.symbol}." if row.symbol else ""
     words: dict[str, Any] = {
-        "name": LABELS.get(row.name, row.label),
+        "name": label(row),
         "description": (sentence(row) + symbol).rstrip("."),  # Blender adds the full stop
         "default": DEFAULTS.get(row.name, row.default),
         "options": options,
@@ -82,7 +58,7 @@ def _property(row: Parameter, options: set[str]) -> Any:
     if row.type is bool:
         return BoolProperty(**words)
     if row.type is str:
-        items = tuple((choice, _label(choice), "") for choice in row.choices)
+        items = tuple((choice, choice_label(choice), "") for choice in row.choices)
         return EnumProperty(items=items, **words)
     if row.type is int:
         return IntProperty(min=int(row.minimum), max=min(int(row.maximum), 2**31 - 1), **words)
@@ -98,16 +74,9 @@ def _property(row: Parameter, options: set[str]) -> Any:
     )
 
 
-def _label(choice: str) -> str:
-    return CHOICES.get(choice, choice.capitalize())
-
-
 def target_annotations(options: set[str]) -> dict[str, Any]:
     """Return the properties that say how far to go."""
-    items = tuple(
-        (row.name.upper(), LABELS.get(row.name, row.label), sentence(row).rstrip("."))
-        for row in TARGETS
-    )
+    items = tuple((row.name.upper(), label(row), sentence(row).rstrip(".")) for row in TARGETS)
     return {
         "target": EnumProperty(
             items=items, name="Target", description="What to reach", options=options
@@ -292,10 +261,7 @@ def level_annotations(options: set[str]) -> dict[str, Any]:
     rows = [row for row in TARGETS if row.name in LEVEL_TARGETS]
     return {
         "levels_by": EnumProperty(
-            items=tuple(
-                (row.name.upper(), LABELS.get(row.name, row.label), sentence(row).rstrip("."))
-                for row in rows
-            ),
+            items=tuple((row.name.upper(), label(row), sentence(row).rstrip(".")) for row in rows),
             name="Levels by",
             description="What the numbers of the levels mean",
             options=options,

@@ -208,7 +208,8 @@ class Assignment:
 
         Only those of faces (k, 3) with a corner that has moved are looked at.
         """
-        beside = np.flatnonzero(moved[faces].any(axis=1)[self.face])
+        changed = np.asarray(moved[faces].any(axis=1))
+        beside = np.flatnonzero(changed[self.face])
         self._search(samples, points, faces, beside, afresh=False)
 
     def _search(

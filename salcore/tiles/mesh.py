@@ -27,7 +27,7 @@ from ..decimation.quadrics import monomials, vertex_quadrics
 from ..decimation.rounds import State
 from ..decimation.targets import count_for_faces
 from ..decimation.thresholds import Thresholds, first_step
-from ..input.geometry import clean
+from ..input.geometry import Geometry, clean
 from ..method.frames import build_frames
 from ..method.graph import build_graph
 from ..method.saliency import build_saliency
@@ -118,6 +118,13 @@ def analyse_mesh_tile(
         part = progress.part(0.6, 1.0, "Saliency")
         saliency = build_saliency(geometry.points, graph, frames, parameters, part).raw
         del graph, frames
+    return _core_of(geometry, saliency, number, face_number, core)
+
+
+def _core_of(
+    geometry: Geometry, saliency: Floats, number: Numbers, face_number: Numbers, core: Mask
+) -> MeshTile:
+    """Return the faces of a tile with a vertex in its core, and their vertices."""
     owned, standing = core[geometry.input_of], geometry.input_of
     chosen = owned[geometry.faces].any(axis=1)
     used = np.zeros(len(owned), dtype=bool)

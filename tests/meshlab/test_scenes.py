@@ -11,7 +11,7 @@ import laspy
 import numpy as np
 import pymeshlab
 import pytest
-from mesh_files import grid, rows, write_ply
+from mesh_files import grid, rows, write_glb, write_ply
 from plyfile import PlyData
 from scan_files import MAP, make_las
 from scipy.spatial.transform import Rotation
@@ -24,60 +24,6 @@ from meshlab_filter.io.projects import save_project
 
 JPEG = b"\xff\xd8 as the camera wrote it"
 PNG = b"\x89PNG as a program wrote it"
-
-
-def write_glb(path, parts, *, images=(), materials=None, text=False, change=lambda tree: None):
-    """Write parts: dicts of points, faces, node, and optional coords, normals, colors, material."""
-    blob, views, accessors, meshes, nodes = b"", [], [], [], []
-
-    def view(data):
-        nonlocal blob
-        views.append({"buffer": 0, "byteOffset": len(blob), "byteLength": len(data)})
-        blob += data + bytes(-len(data) % 4)
-        return len(views) - 1
-
-    def accessor(values, kind, **more):
-        codes = {"f4": 5126, "u4": 5125, "u2": 5123, "u1": 5121}
-        code = codes[values.dtype.str[1:]]
-        accessors.append({"bufferView": view(values.tobytes()), "componentType": code,
-                          "count": len(values), "type": kind, **more})  # fmt: skip
-        return len(accessors) - 1
-
-    for part in parts:
-        names = {"POSITION": accessor(part["points"].astype("f4"), "VEC3")}
-        if "coords" in part:
-            names["TEXCOORD_0"] = accessor(part["coords"].astype("f4"), "VEC2")
-        if "normals" in part:
-            names["NORMAL"] = accessor(part["normals"].astype("f4"), "VEC3")
-        if "colors" in part:
-            names["COLOR_0"] = accessor(part["colors"], "VEC3", normalized=True)
-        primitive = {
-            "attributes": names,
-            "indices": accessor(part["faces"].astype("u4").ravel(), "SCALAR"),
-        }
-        if "material" in part:
-            primitive["material"] = part["material"]
-        meshes.append({"primitives": [primitive]})
-        nodes.append({"mesh": len(meshes) - 1, **part.get("node", {})})
-    stored = [{"mimeType": kind, "bufferView": view(data)} for kind, data in images]
-    tree = {"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": list(range(len(nodes)))}],
-            "nodes": nodes, "meshes": meshes, "accessors": accessors, "bufferViews": views,
-            "images": stored, "textures": [{"source": k} for k in range(len(stored))],
-            "materials": materials or [], "buffers": [{"byteLength": len(blob)}]}  # fmt: skip
-    change(tree)
-    if text:
-        tree["buffers"][0]["uri"] = "data.bin"
-        path.with_name("data.bin").write_bytes(blob)
-        path.write_text(json.dumps(tree))
-        return path
-    data = json.dumps(tree).encode()
-    data += b" " * (-len(data) % 4)
-    chunks = [(data, b"JSON"), (blob, b"BIN\0")]
-    body = b"".join(len(c).to_bytes(4, "little") + kind + c for c, kind in chunks)
-    path.write_bytes(
-        b"glTF" + (2).to_bytes(4, "little") + (12 + len(body)).to_bytes(4, "little") + body
-    )
-    return path
 
 
 def turned(axis, angle, scale, move):

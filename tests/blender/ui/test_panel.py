@@ -67,8 +67,8 @@ def test_every_row_of_the_table_is_a_property(module):
     defaults = properties.preset("default")
     for row in properties.ROWS:
         words = settings.bl_rna.properties[row.name]
-        assert words.name == properties.LABELS.get(row.name, row.label)
-        assert properties.sentence(row).rstrip(".") in words.description
+        assert words.name == module("settings.words").label(row)
+        assert module("settings.words").sentence(row).rstrip(".") in words.description
         assert row.symbol in words.description
         assert getattr(settings, row.name) == pytest.approx(getattr(defaults, row.name))
         if row.type in (int, float):
