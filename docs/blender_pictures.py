@@ -26,7 +26,7 @@ sys.path.insert(0, str(ROOT / "benchmarks" / "speed"))
 
 from worker import NAME, enable  # noqa: E402
 
-WIDTH, SAMPLES = 1800, 24
+WIDTH, SAMPLES = 1800, 12
 SPACING = 2.75
 SHARE = 0.02
 """Of the faces of the carved monkey that are left."""
@@ -125,7 +125,7 @@ def samples(surface: Any) -> Any:
     one, other = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     area = np.linalg.norm(np.cross(one, other), axis=1)
     rng = np.random.default_rng(0)
-    face = rng.choice(len(area), 200_000, p=area / area.sum())
+    face = rng.choice(len(area), 50_000, p=area / area.sum())
     shares = rng.dirichlet((1.0, 1.0, 1.0), len(face))
     return np.einsum("nk,nkd->nd", shares, corners[face])
 
