@@ -38,6 +38,7 @@ ELSEWHERE = (
     "attribute_weight",
     "placement",
     "scaling",
+    "contrast",
 )
 """Parameters that need the whole mesh."""
 
