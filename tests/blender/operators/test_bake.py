@@ -115,6 +115,35 @@ def test_objects_may_be_scaled_and_turned(scale):
     assert np.median(mapped) < 0.25 * np.median(bare)
 
 
+def test_parents_and_modifiers_count():
+    """A shape key makes the original's bumps; both hang on a turned and scaled empty."""
+    parent = bpy.data.objects.new("parent", None)
+    bpy.context.scene.collection.objects.link(parent)
+    parent.scale, parent.rotation_euler, parent.location = (
+        (3.0, 3.0, 3.0),
+        (1.0, 0.5, 0.0),
+        (9, 0, 0),
+    )
+    original = bumpy()
+    original.parent = parent
+    bpy.context.view_layer.update()
+    flat = original.data.copy()
+    smooth = scenes.positions(original) / np.linalg.norm(
+        scenes.positions(original), axis=1, keepdims=True
+    )
+    bumps = original.shape_key_add(name="Basis"), original.shape_key_add(name="bumps")
+    bumps[0].data.foreach_set("co", smooth.ravel())
+    bumps[1].value = 1.0
+    bpy.ops.object.salient_simplify(ratio=0.05, measure=False, source="EVALUATED")
+    result = bpy.context.active_object
+    result.modifiers.new("wave", "TRIANGULATE")
+    bpy.ops.object.salient_bake(bake_size=SIZE)
+    original.shape_key_clear()
+    original.data = flat  # what the shape key made
+    mapped, bare = angles(result, original, "Bake")
+    assert np.median(mapped) < 0.3 * np.median(bare)
+
+
 def test_scales_that_differ_much_are_told(capfd):
     original = bumpy(24)
     original.scale = (1.0, 3.0, 2.0)
