@@ -108,4 +108,5 @@ def _covered_twice(corners: NDArray[np.float64]) -> float:
     sides = to_corner[..., 0] * after[..., 1] - to_corner[..., 1] * after[..., 0]
     inside = place[(sides > 0.0).all(axis=1) | (sides < 0.0).all(axis=1)]
     covers = np.bincount(inside[:, 1] * GRID + inside[:, 0], minlength=GRID * GRID)
-    return float(np.count_nonzero(covers > 1) / max(np.count_nonzero(covers), 1))
+    covered = int(np.count_nonzero(covers))
+    return int(np.count_nonzero(covers > 1)) / max(covered, 1)

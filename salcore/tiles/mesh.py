@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ..arrays.blocks import set_workers
 from ..arrays.edges import find_edges
-from ..arrays.types import Floats, Indices, Ints, Mask
+from ..arrays.types import Floats, Indices, Integers, Ints, Mask
 from ..arrays.vectors import dot, face_normals
 from ..decimation.costs import FLAT_EVENNESS, Costs, Weights
 from ..decimation.cut import cut_faces, last_ancestors
@@ -81,7 +81,7 @@ class MeshTile:
 
 def analyse_mesh_tile(
     points: Floats,
-    faces: Ints,
+    faces: Integers,
     number: Numbers,
     face_number: Numbers,
     core: Mask,

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ..arrays.edges import find_edges
-from ..arrays.types import Floats, Indices, Ints, Mask
+from ..arrays.types import Floats, Indices, Integers, Ints, Mask
 from ..arrays.vectors import sum_by_label
 from ..decimation.cut import cut_faces
 from ..decimation.quadrics import monomials
@@ -91,7 +91,7 @@ ROWS = ("number", "points", "quadric", "area", "error", "factor", "owned")
 """Arrays with a row for each vertex."""
 
 
-def first_corner_owned(points: Floats, faces: Ints, owned: Mask) -> Mask:
+def first_corner_owned(points: Floats, faces: Integers, owned: Mask) -> Mask:
     """Return for which faces (m,) the first corner in space is owned: one piece's of several."""
     rank = np.empty(len(points), dtype=np.int32)
     rank[np.lexsort(points.T)] = np.arange(len(points), dtype=np.int32)
@@ -158,7 +158,7 @@ def part_in_box(piece: Piece, turn: int, box: Floats) -> Piece:
     box : (2, 3) float64
     """
     inside = within(turned(piece.points, turn), box)
-    chosen = inside[piece.faces].any(axis=1)
+    chosen: Mask = np.asarray(inside[piece.faces].any(axis=1))
     needed = inside & piece.owned
     needed[piece.faces[chosen]] = True
     return piece.take(np.flatnonzero(needed), chosen)
