@@ -108,6 +108,11 @@ class FlipMesh:
         twins[one], twins[other] = other, one
         return cls(faces.copy(), corners.copy(), twins, keys, count, apart)
 
+    def forget(self) -> None:
+        """Let edges that were flipped away come back; within one series of flips they do not."""
+        edges = find_edges(self.faces, self.count)
+        self.keys = edge_key(edges.low, edges.high, self.count)
+
     def fix_between(self, chosen: Mask) -> None:
         """Fix the edges between two of the chosen faces (k,)."""
         side = np.flatnonzero(self.twins >= 0)

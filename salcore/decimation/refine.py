@@ -104,6 +104,7 @@ def flip_edges(
 ) -> None:
     """Flip edges of a mesh over points (n, 3), and assign samples anew along with it."""
     count = len(mesh.faces)
+    mesh.forget()
     touched = np.ones(count, dtype=bool)
     sides, gain = np.empty(0, dtype=np.intp), np.empty(0)
     for turn in range(rounds):
