@@ -54,6 +54,8 @@ class ModalOperator:
     _committed: bool
     _timer: Any = None
     _points = 0
+    fewest = 1
+    """Geometries that it takes; with fewer that can be worked on it refuses."""
 
     @classmethod
     def poll(cls, context: Any) -> bool:
@@ -179,7 +181,7 @@ class ModalOperator:
         context.view_layer.update()  # after the undo of F9 all matrices are still the identity
         self._sources = self.find(context)
         problems = self._leave_out({k: self._problem(s) for k, s in enumerate(self._sources)})
-        if not self._sources:
+        if len(self._sources) < self.fewest:
             raise problems[0]
         for source in self._sources:
             self._points += source.count
@@ -229,7 +231,9 @@ class ModalOperator:
             return True
         results = self._task.results
         if self._task.failures:
-            self._leave_out(self._task.failures)
+            problems = self._leave_out(self._task.failures)
+            if len(self._sources) < self.fewest:
+                raise problems[0]
             results = [result for result in results if result is not None]
         self.commit(context, results)
         self._committed = True

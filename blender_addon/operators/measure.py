@@ -19,6 +19,7 @@ class OBJECT_OT_salient_measure(ModalOperator, bpy.types.Operator):
     bl_idname = "object.salient_measure"
     bl_label = "Salient Measure Error"
     bl_options = {"REGISTER"}  # noqa: RUF012 - it changes nothing to undo
+    fewest = 2
 
     @classmethod
     def poll(cls, context: Any) -> bool:

@@ -277,6 +277,16 @@ def test_measure():
     assert len(bpy.data.meshes) == 2
 
 
+def test_measure_takes_two():
+    obj = scenes.torus()
+    flat = obj.copy()
+    bpy.context.collection.objects.link(flat)
+    flat.scale.z = 0.0
+    scenes.select(obj, flat)
+    with pytest.raises(RuntimeError, match="its scale is 0 along an axis"):
+        bpy.ops.object.salient_measure()
+
+
 def test_a_scan_from_a_file():
     bpy.ops.wm.ply_import(filepath=str(model_path("bun_zipper.ply")))
     obj = bpy.context.active_object
