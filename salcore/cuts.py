@@ -176,8 +176,6 @@ class Cuts:
                 plane = geometry.plane
                 apart = None if plane is None else plane.on_plane
                 mesh = FlipMesh.of(faces, origin, len(source), fixed, apart)
-                if positions is None:  # what is still as it was is best
-                    mesh.fix_between((faces == geometry.faces.take(left, axis=0)).all(axis=1))
                 positions = self._refine(mesh, source, positions, progress)
                 faces, origin = mesh.faces, mesh.corners
             corners, heir = corners_of_cut(geometry, elimination, constraints, ranks, origin)

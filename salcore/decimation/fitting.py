@@ -36,6 +36,9 @@ SLIDE = 0.1
 """Weight of squared distances along a face, against those across it."""
 SMOOTH = 0.01
 """Weight of the squared heights of a face's sides along the mean normal of its samples."""
+FLATNESS = 0.001
+"""Weight of the angle between the faces at an edge against their samples: it unfolds folds, which
+stand out from all samples. Kept points, which hold their faces, do not need it."""
 STAY = 0.02
 """Weight of staying where a vertex is, against that of its samples."""
 DAMPING = 10.0
@@ -87,7 +90,7 @@ def fit_positions(
         return positions
     damping = np.full(count, STAY)
     at = Assignment.of(samples, positions, mesh.faces)
-    flip_edges(mesh, positions, samples, at, ROUNDS)
+    flip_edges(mesh, positions, samples, at, ROUNDS, flatness=FLATNESS)
     for turn in range(TURNS):
         progress(turn / TURNS)
         before = _energies(mesh.faces, samples, at, count)
@@ -101,13 +104,13 @@ def fit_positions(
         positions = _undo_turned(positions, fitted, mesh)
         at.renew(samples, positions, mesh.faces, _differ(positions, moved))
         if turn < TURNS - 1:
-            flip_edges(mesh, positions, samples, at, ROUNDS_BETWEEN)
+            flip_edges(mesh, positions, samples, at, ROUNDS_BETWEEN, flatness=FLATNESS)
     free = np.unique(mesh.faces)
     free = free[~held[free].reshape(len(free), -1).any(axis=1)]
     near = pull_back(positions, free, _farthest(mesh.faces, at, count), *original)
     near = _undo_turned(positions, near, mesh)
     at.renew(samples, near, mesh.faces, _differ(near, positions))
-    flip_edges(mesh, near, samples, at, ROUNDS)
+    flip_edges(mesh, near, samples, at, ROUNDS, flatness=FLATNESS)
     return near
 
 

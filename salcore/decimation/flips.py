@@ -23,9 +23,6 @@ EDGE_BLOCK = 1 << 10
 """Edges whose samples are looked at together: temporaries about the size of a cache."""
 HELPINGS = 3
 """Times that further flips are picked among those that conflict with none picked so far."""
-FLATNESS = 0.001
-"""Weight of the angle at an edge, times the area beside it, against the samples of a face: it
-decides where there is hardly a sample, and folds stand out from all of them."""
 FOLD_COSINE = -0.2
 """Cosine between the normals of faces at an edge below which they fold back on each other."""
 
@@ -113,12 +110,6 @@ class FlipMesh:
         edges = find_edges(self.faces, self.count)
         self.keys = edge_key(edges.low, edges.high, self.count)
 
-    def fix_between(self, chosen: Mask) -> None:
-        """Fix the edges between two of the chosen faces (k,)."""
-        side = np.flatnonzero(self.twins >= 0)
-        fixed = side[chosen[side // 3] & chosen[self.twins[side] // 3]]
-        self.twins[fixed] = -1
-
     def sides_of(self, chosen: Mask) -> Indices:
         """Return one side (e,) of each edge of the chosen faces (k,) that may be flipped."""
         side = (3 * np.flatnonzero(chosen)[:, None] + np.arange(3)).ravel()
@@ -202,13 +193,14 @@ def gains(
     samples: Samples,
     at: Assignment,
     stiffness: float,
+    flatness: float,
     count: int,
 ) -> Floats:
     """Return by how much each flip (e,) lowers the energy of the samples of its two faces.
 
     The energy is the weighted sum of the squared distances, and of the squared differences of
-    normals, times the area of the two faces and `stiffness`; and a little of the angle between the
-    faces. `count` is the number of faces.
+    normals, times the area of the two faces and `stiffness`; less the cosine between the two, times
+    their area and `flatness`. `count` is the number of faces.
     """
     order, bounds = at.samples_of(np.concatenate([quads.left, quads.right]) // 3, count)
     result = np.empty(len(quads.left))
@@ -230,7 +222,7 @@ def gains(
         result[start:stop] = np.bincount(edge, samples.weights.take(sample) * gain, edges)
 
     run_blocks(measure, len(result), size=EDGE_BLOCK)
-    weight = FLATNESS * float(samples.weights.sum()) / max(count, 1)
+    weight = flatness * float(samples.weights.sum()) / max(count, 1)
     flatter: Floats = result + weight * flattening(quads, points)
     return flatter
 

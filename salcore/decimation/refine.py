@@ -101,8 +101,13 @@ def flip_edges(
     at: Assignment,
     rounds: int,
     progress: Progress = SILENT,
+    flatness: float = 0.0,
 ) -> None:
-    """Flip edges of a mesh over points (n, 3), and assign samples anew along with it."""
+    """Flip edges of a mesh over points (n, 3), and assign samples anew along with it.
+
+    `flatness` weighs the angle between the faces at an edge, times their area, against the samples
+    of a face.
+    """
     count = len(mesh.faces)
     mesh.forget()
     touched = np.ones(count, dtype=bool)
@@ -111,7 +116,7 @@ def flip_edges(
         progress(turn / rounds)
         quads = mesh.quads(mesh.sides_of(touched))
         quads = quads.take(mesh.legal(quads, points))
-        fresh = gains(quads, points, samples, at, STIFFNESS, count)
+        fresh = gains(quads, points, samples, at, STIFFNESS, flatness, count)
         area = Triangles.of(points, mesh.faces[quads.left // 3]).areas()
         good = fresh > LEAST_GAIN * area
         # Flips that waited for better ones beside them stay good where nothing has changed.
