@@ -57,7 +57,7 @@ class Completion(argparse.Action):
             import shtab
         except ImportError:
             parser.error("--completion needs shtab; install it: pip install shtab")
-        print(shtab.complete(parser, shell=shell))
+        print(shtab.complete(parser, shell))
         parser.exit()
 
 
