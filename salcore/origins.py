@@ -114,7 +114,7 @@ class Origins:
         O(F + K log K).
         """
         if self.faces is None or self.corner_origin is None:
-            raise GeometryError("faces: this simplification has none; simplify a mesh by count")
+            raise _no_faces()
         vertex_of = self._context.geometry.vertex_of
         given = indices(faces, "faces", "triangles", 3, len(vertex_of))
         if int(self.corner_origin.max(initial=-1)) >= given.size:
@@ -142,7 +142,7 @@ class Origins:
         O(F log F) time; see `decimation.normal_transfer`.
         """
         if self.faces is None:
-            raise GeometryError("faces: this simplification has none; simplify a mesh by count")
+            raise _no_faces()
         geometry = self._context.geometry
         vertex = geometry.vertex_of[self.indices]
         moved = None
@@ -190,7 +190,7 @@ class Origins:
         True
         """
         if self.faces is None:
-            raise GeometryError("faces: this simplification has none; simplify a mesh by count")
+            raise _no_faces()
         geometry = self._context.geometry
         vertex = geometry.vertex_of[self.indices]
         places = geometry.points[vertex]
@@ -222,7 +222,7 @@ class Origins:
         O(F log F) time.
         """
         if self.faces is None or self.face_corners is None:
-            raise GeometryError("faces: this simplification has none; simplify a mesh by count")
+            raise _no_faces()
         face, corner = np.divmod(self.face_corners, 3)
         weights = np.eye(3)[corner]
         if self.positions is None:
@@ -267,3 +267,8 @@ class Origins:
             self.indices,
             new.astype(np.intp),
         )
+
+
+def _no_faces() -> GeometryError:
+    """Return the error of what only a mesh has."""
+    return GeometryError("faces: this simplification has none; simplify a mesh by count")

@@ -15,8 +15,6 @@ import reprlib
 from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
-
 from .errors import ParameterError
 
 ABOVE_ZERO = 1e-9
@@ -69,7 +67,8 @@ class Parameter:
                 raise self._error(value, f"choose one of {', '.join(self.choices)}")
             return str(value)
         if self.type is bool:
-            if not isinstance(value, numbers.Real | np.bool_) or value not in (True, False):
+            scalar = isinstance(value, numbers.Real) or getattr(value, "shape", None) == ()
+            if not scalar or value not in (True, False):
                 raise self._error(value, "give True or False")
             return bool(value)
         kind = "a whole number" if self.type is int else "a number"

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
 from pathlib import Path
 from typing import Any
 
@@ -17,15 +16,13 @@ from ..errors import FileError, Warn
 from ..io import files
 from ..io.ply import read_header
 from ..io.staging import write_text
-from ..large.job import MANIFEST
 from ..large.mesh_job import MeshJob
-from ..large.mesh_run import share_memory, simplify_mesh
+from ..large.mesh_run import HALO, POINT, simplify_mesh
 from ..large.ply_blocks import look_at_mesh
-from ..parameters import Callback, make_parameters
+from ..parameters import Callback
+from .tile_jobs import parameters_of, refusal, share_out, work_folder_of
 
 ENDING = ".ply"
-SHARE = 0.5
-"""Share of the free memory that is taken unless --memory says how much."""
 TARGETS = ("ratio", "count", "faces")
 IN_MEMORY = (
     "indices", "layer", "columns", "protect_selected", "points", "transfer_normals", "symmetry",
@@ -70,7 +67,7 @@ def chosen(options: argparse.Namespace, asked: bool) -> bool:
     limit = options.memory or available_memory()
     if not faces or limit is None:
         return False
-    if salcore.estimated_memory(points, faces, _parameters(options)) <= limit:
+    if salcore.estimated_memory(points, faces, parameters_of(options)) <= limit:
         return False
     try:
         look_at_mesh(path)
@@ -88,23 +85,9 @@ def _counts(path: Path) -> tuple[int, int]:
     return counts.get("vertex", 0), counts.get("face", 0)
 
 
-def _parameters(options: argparse.Namespace) -> salcore.Parameters:
-    return make_parameters(preset=options.preset, **given_options(options, salcore.TABLE))
-
-
 def _wrong(options: argparse.Namespace) -> str:
     """Return what cannot be done by tiles and the remedy; nothing if all can."""
-    target = given_options(options, salcore.TARGETS)
-    if not target.keys() <= set(TARGETS):
-        name = next(iter(target)).replace("_", "-")
-        return f"--{name}: is not worked out by tiles; give --ratio, --count or --faces"
-    values, usual = _parameters(options).as_dict(), salcore.Parameters().as_dict()
-    changed = [k for k in ELSEWHERE if values[k] != usual[k]]
-    changed += [k for k in IN_MEMORY if getattr(options, k)]
-    if not changed:
-        return ""
-    name = changed[0].replace("_", "-")
-    return f"--{name}: needs the whole mesh in memory; leave it out, or --tiled and its like"
+    return refusal(options, "mesh", TARGETS, ELSEWHERE, IN_MEMORY)
 
 
 def simplify(options: argparse.Namespace, progress: Callback | None, warn: Warn) -> dict[str, Any]:
@@ -117,14 +100,12 @@ def simplify(options: argparse.Namespace, progress: Callback | None, warn: Warn)
     files.check_input(options.input[0])
     source, layout = look_at_mesh(options.input[0])
     ((name, value),) = given_options(options, salcore.TARGETS).items()
-    parameters = _parameters(options)
-    memory = options.memory or SHARE * (available_memory() or 8e9)
-    workers, most = share_memory(memory, parameters.workers or os.cpu_count() or 1)
-    folder = options.resume or options.work_folder or output.with_name(f"{output.name}.work")
+    folder = work_folder_of(options)
+    workers, most = share_out(options, POINT, HALO, warn)
     job = MeshJob(
-        str(folder.absolute()),
+        str(folder),
         (source,),
-        parameters.as_dict() | {"workers": 1},
+        parameters_of(options).as_dict() | {"workers": 1},
         name,
         float(value),
         most,
@@ -132,14 +113,6 @@ def simplify(options: argparse.Namespace, progress: Callback | None, warn: Warn)
         keep_border=options.keep_border,
         keep_topology=options.keep_topology,
     )
-    if not options.resume and not (folder / MANIFEST).exists() and not folder.parent.is_dir():
-        raise FileError(f"{folder.parent}: no such folder; make it first")
-    whom = (
-        f"Dask at {options.scheduler}"
-        if options.scheduler
-        else f"{workers} process{'es' * (workers > 1)}"
-    )
-    warn(f"{output}: by tiles of at most {most:,} points, with {whom}")
     if layout.dropped:
         warn(
             f"{options.input[0]}: left out, for tiles carry points and faces only: "

@@ -5,24 +5,24 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
 from typing import Any
 
 import salcore
 from salcore.input.memory import available_memory
 from salcore.options import given_options
+from salcore.tiles.plan import halo_width
 
 from ..errors import FileError, Warn
 from ..io import files
 from ..io.staging import write_text
-from ..large.job import MANIFEST, Job, expected_ratio, look_at
-from ..large.run import POINT, share_memory, simplify_tiles
-from ..parameters import Callback, make_parameters
+from ..large.job import Job, expected_ratio, look_at
+from ..large.run import POINT, simplify_tiles
+from ..parameters import Callback
 from . import mesh_tiles
+from .tile_jobs import parameters_of, refusal, share_out, work_folder_of
 
 ENDINGS = (".las", ".laz")
-SHARE = 0.5
-"""Share of the free memory that is taken unless --memory says how much."""
+TARGETS = ("ratio", "count", "max_error")
 IN_MEMORY = (
     "indices", "layer", "columns", "protect_selected", "keep_border", "keep_topology", "symmetry",
 )  # fmt: skip
@@ -68,20 +68,7 @@ def chosen(options: argparse.Namespace) -> bool:
 
 def _wrong(options: argparse.Namespace) -> str:
     """Return what cannot be done by tiles and the remedy; nothing if all can."""
-    target = given_options(options, salcore.TARGETS)
-    if not target.keys() <= {"ratio", "count", "max_error"}:
-        name = next(iter(target)).replace("_", "-")
-        return f"--{name}: is not worked out by tiles; give --ratio, --count or --max-error"
-    values = make_parameters(
-        preset=options.preset, **given_options(options, salcore.TABLE)
-    ).as_dict()
-    usual = salcore.Parameters().as_dict()
-    changed = [k for k in ELSEWHERE if values[k] != usual[k]]
-    changed += [k for k in IN_MEMORY if getattr(options, k)]
-    if not changed:
-        return ""
-    name = changed[0].replace("_", "-")
-    return f"--{name}: needs the whole cloud in memory; leave it out, or --tiled and its like"
+    return refusal(options, "cloud", TARGETS, ELSEWHERE, IN_MEMORY)
 
 
 def simplify(options: argparse.Namespace, progress: Callback | None, warn: Warn) -> dict[str, Any]:
@@ -98,28 +85,16 @@ def simplify(options: argparse.Namespace, progress: Callback | None, warn: Warn)
         files.check_input(path)
     sources = look_at(options.input)
     ((name, value),) = given_options(options, salcore.TARGETS).items()
-    parameters = make_parameters(preset=options.preset, **given_options(options, salcore.TABLE))
     points = sum(source.points for source in sources)
     if name == "count" and value > points:
         raise salcore.ParameterError(
             f"count={value}: there are {points} valid points; give at most so many"
         )
-    ratio = expected_ratio(name, value, points)
-    memory = options.memory or SHARE * (available_memory() or 8e9)
-    workers, most = share_memory(memory, parameters.workers or os.cpu_count() or 1, ratio)
-    folder = options.resume or options.work_folder or output.with_name(f"{output.name}.work")
-    common = parameters.as_dict() | {"workers": 1}
-    job = Job(
-        str(folder.absolute()), sources, common, name, float(value), most, not options.no_errors
-    )
-    if not options.resume and not (folder / MANIFEST).exists() and not folder.parent.is_dir():
-        raise FileError(f"{folder.parent}: no such folder; make it first")
-    whom = (
-        f"Dask at {options.scheduler}"
-        if options.scheduler
-        else f"{workers} process{'es' * (workers > 1)}"
-    )
-    warn(f"{output}: by tiles of at most {most:,} points, with {whom}")
+    folder = work_folder_of(options)
+    halo = halo_width(1.0, expected_ratio(name, value, points))
+    workers, most = share_out(options, POINT, halo, warn)
+    common = parameters_of(options).as_dict() | {"workers": 1}
+    job = Job(str(folder), sources, common, name, float(value), most, not options.no_errors)
     figures = simplify_tiles(
         job,
         output,

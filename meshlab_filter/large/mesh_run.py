@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The passes over a mesh in order, by processes of this machine or by workers of a cluster."""
+"""The passes over a mesh in order."""
 
 from __future__ import annotations
 
 import math
 import shutil
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -24,46 +23,17 @@ from ..io.obj_write import PAIRS
 from ..io.wedges import NUMBERS
 from . import mesh_stages as stages
 from .bins import Plan, typical_spacing
-from .job import planned_size, work_folder
 from .mesh_job import ROOM, SHARES, MeshJob, Pass
 from .mesh_refine import plan_refinement, refine, spill_samples
 from .mesh_write import write_mesh
 from .ply_blocks import WHOLE
-from .run import PROCESS, Each, dask_cluster, worker_pool
+from .workers import Each, at_work
 
 POINT = 1000
 """Bytes that a worker takes at most for a point of a tile or its halo, and the two faces that go
 with it."""
-MOST, LEAST = 1_000_000, 20_000
-"""Points of a tile: as many as pay off, and as few as its halo allows."""
 HALO = 12.0
 """Width of a halo in spacings: saliency looks as far as seven rings."""
-
-
-def share_memory(memory: float, workers: int) -> tuple[int, int]:
-    """Return how many workers, and points of a tile, so much memory is enough for.
-
-    Parameters
-    ----------
-    memory : float
-        Bytes.
-    workers : int
-        At most so many.
-
-    Raises
-    ------
-    ParameterError
-        If it is not enough for one worker.
-    """
-    for count in range(workers, 0, -1):
-        share = (memory - (count + 1) * PROCESS) / count
-        side = math.sqrt(max(share / POINT, 0.0)) - 2.0 * HALO  # in points, of a tile
-        if side > 0 and side**2 >= LEAST:
-            return count, min(MOST, int(side**2))
-    least = POINT * (math.sqrt(LEAST) + 2.0 * HALO) ** 2 + 2 * PROCESS
-    raise salcore.ParameterError(
-        f"memory={memory / 1e9:.2g} GB: too little for one tile; give at least {least / 1e9:.2g} GB"
-    )
 
 
 def simplify_mesh(
@@ -104,18 +74,8 @@ def simplify_mesh(
     removed at the end, and stays where the run ends early.
     """
     work = Progress(progress)
-    backend = dask_cluster(scheduler, workers) if scheduler else worker_pool(job, workers)
-    with backend as each, work_folder(job, resume=resume):
-        job = replace(job, most=planned_size(job))
-        try:
-            figures = _stages(job, output, each, force, work, warn)
-        except OSError as error:
-            raise OSError(
-                f"{error.filename or job.folder}: {error.strerror or error}; the work done is "
-                f"kept: make room and go on with --resume {job.folder}"
-            ) from error
-    shutil.rmtree(job.folder, ignore_errors=True)
-    return figures
+    with at_work(job, workers, scheduler, resume=resume) as (job, each):
+        return _stages(job, output, each, force, work, warn)
 
 
 def _stages(

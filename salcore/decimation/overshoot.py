@@ -6,8 +6,8 @@ from __future__ import annotations
 import numpy as np
 
 from ..arrays.types import Floats, Indices
-from .nearest_faces import Assignment, Triangles
-from .samples import Samples
+from ..arrays.vectors import dot
+from .attribute_transfer import place_sources
 
 REACH = 1.5
 """Distance of a vertex from the original, of the largest from samples to the faces round it: 99 %
@@ -26,7 +26,7 @@ def pull_back(
     ----------
     positions : (n, 3) float64
     vertices : (u,) intp
-        Those that have moved.
+        Those that have moved, of faces.
     farthest : (n,) float64
         Largest squared distance from samples to the faces round each.
     points : (n, 3) float64
@@ -38,16 +38,13 @@ def pull_back(
     -----
     O(m + u): the nearest place is sought from where each comes from, over the faces between.
     """
-    count = len(vertices)
-    queries = np.ascontiguousarray(positions[vertices].T)
-    moved = Samples(queries, np.zeros((3, count)), np.ones(count), vertices, count)
-    at = Assignment.of(moved, points, faces)
-    limit = REACH**2 * farthest[vertices]
-    over = np.flatnonzero(at.square > limit)
-    nearest = faces[at.face[over]]
-    share, _ = Triangles.of(points, nearest).project(queries[:, over], np.arange(len(over)))
-    foot = np.einsum("ks,skd->sd", share, points[nearest])
+    places = positions[vertices]
+    face, weights = place_sources(points, faces, vertices, places)
+    feet = np.einsum("uk,ukd->ud", weights, points[faces[face]])
+    away = places - feet
+    square, limit = dot(away, away), REACH**2 * farthest[vertices]
+    over = square > limit
     result = positions.copy()
-    back = np.sqrt(limit[over] / at.square[over])[:, None]
-    result[vertices[over]] = foot + back * (queries[:, over].T - foot)
+    back = np.sqrt(limit[over] / square[over])[:, None]
+    result[vertices[over]] = feet[over] + back * away[over]
     return result

@@ -25,7 +25,7 @@ ALLOWED = {
     # Starts Blender without a window, which bakes.
     "blender_addon/geometry/baking.py": {"subprocess"},
     # Runs its own stages in a pool of processes.
-    "meshlab_filter/large/run.py": {"multiprocessing"},
+    "meshlab_filter/large/workers.py": {"multiprocessing"},
 }
 """The only modules that start a program."""
 

@@ -76,3 +76,14 @@ def test_the_source_distribution_holds_both_packages_and_no_more(built):
 def test_every_folder_with_modules_is_a_package():
     folders = {(ROOT / name).parent for name in sources()}
     assert [folder for folder in folders if not (folder / "__init__.py").is_file()] == []
+
+
+def test_every_public_name_has_a_home():
+    assert sorted(name for names in salcore._HOMES.values() for name in names.split()) == sorted(
+        salcore.__all__
+    )
+    for name in salcore.__all__:
+        assert getattr(salcore, name) is not None
+        assert name in dir(salcore)
+    with pytest.raises(AttributeError, match="no attribute 'nothing'"):
+        _ = salcore.nothing

@@ -14,7 +14,6 @@ from scan_jobs import make_job
 import salcore
 from meshlab_filter.large.run import simplify_tiles
 
-pytest.importorskip("distributed")
 MODULES = "distributed.cli.dask_scheduler", "distributed.cli.dask_worker"
 
 
@@ -41,7 +40,7 @@ def scheduler():
 
 
 def test_a_scheduler_without_workers_is_said(scans, scheduler, tmp_path, monkeypatch):
-    monkeypatch.setattr("meshlab_filter.large.run.PATIENCE_WITH_WORKERS", 1)
+    monkeypatch.setattr("meshlab_filter.large.workers.PATIENCE_WITH_WORKERS", 1)
     job = make_job(tmp_path / "work", scans)
     with pytest.raises(salcore.SalcoreError, match="has no workers; start some with dask worker"):
         simplify_tiles(job, tmp_path / "light.laz", workers=1, scheduler=scheduler[1])

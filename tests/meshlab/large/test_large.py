@@ -18,9 +18,12 @@ import salcore
 from meshlab_filter.cli.command import main
 from meshlab_filter.large.bins import read_tile, typical_spacing
 from meshlab_filter.large.job import work_folder
-from meshlab_filter.large.run import share_memory, simplify_tiles
+from meshlab_filter.large.mesh_run import HALO
+from meshlab_filter.large.mesh_run import POINT as MESH_POINT
+from meshlab_filter.large.run import POINT, simplify_tiles
+from meshlab_filter.large.workers import share_memory
 from meshlab_filter.large.write import output_header
-from salcore.tiles.plan import count_cells
+from salcore.tiles.plan import count_cells, halo_width
 
 
 @pytest.fixture(scope="module")
@@ -67,7 +70,6 @@ def test_tiles_keep_what_the_whole_keeps(scans, expected, tmp_path):
 
 @pytest.mark.skipif(os.name == "nt", reason="kills by signal")
 def test_dask_writes_the_same_bytes_though_a_worker_is_killed(scans, expected, tmp_path):
-    pytest.importorskip("distributed")
     killer = kill_a_worker(tmp_path / "work")
     job = make_job(tmp_path / "work", scans)
     simplify_tiles(job, tmp_path / "light.laz", workers=2, scheduler="local")
@@ -192,8 +194,7 @@ def test_other_files_than_scans_are_refused(say, tmp_path):
 
 
 def test_a_scheduler_that_is_not_there_is_said(scans, say, tmp_path, monkeypatch):
-    pytest.importorskip("distributed")
-    monkeypatch.setattr("meshlab_filter.large.run.PATIENCE", 1)
+    monkeypatch.setattr("meshlab_filter.large.workers.PATIENCE", 1)
     said = say(*scans, "light.laz", "--ratio", 0.1, "--scheduler", "tcp://127.0.0.1:9")
     assert "no Dask scheduler answers there" in said
     assert not list(tmp_path.iterdir())
@@ -202,12 +203,13 @@ def test_a_scheduler_that_is_not_there_is_said(scans, say, tmp_path, monkeypatch
 def test_the_command_chooses_tiles_by_memory_and_says_so(tmp_path, monkeypatch, capsys):
     points = np.random.default_rng(1).random((15_000, 3)) * [300, 100, 0.3]
     path, output = write_scan(tmp_path / "scan.laz", points), tmp_path / "light.laz"
-    arguments = ["simplify", str(path), str(output), "--ratio", "0.5", "--memory", "0.6G"]
+    arguments = ["simplify", str(path), str(output), "--ratio", "0.5", "--memory", "4G"]
     assert main([*arguments, "--no-errors"]) == 0
     assert "by tiles" not in capsys.readouterr().err
     assert len(laspy.read(output)) == 7500
     # As if a point took more, for a scan that needs so much would take minutes.
-    monkeypatch.setattr("meshlab_filter.cli.tiles.POINT", 50_000)
+    monkeypatch.setattr("meshlab_filter.cli.tiles.POINT", 300_000)
+    monkeypatch.setattr("meshlab_filter.large.workers.LEAST", 1000)
     report = tmp_path / "report.json"
     assert main([*arguments, "--force", "--workers", "1", "--report", str(report)]) == 0
     assert "light.laz: by tiles of at most" in capsys.readouterr().err
@@ -217,7 +219,8 @@ def test_the_command_chooses_tiles_by_memory_and_says_so(tmp_path, monkeypatch, 
 
 @pytest.mark.skipif(os.name == "nt", reason="limits the size of files")
 def test_a_full_disk_is_said_and_the_run_goes_on(tmp_path):
-    resource = pytest.importorskip("resource")
+    import resource  # not on Windows
+
     points = np.random.default_rng(3).random((20_000, 3)) * [300, 100, 0.3]
     job = make_job(tmp_path / "work", [write_scan(tmp_path / "scan.laz", points)], most=15_000)
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
@@ -242,13 +245,19 @@ def test_formats_that_differ_are_refused(tmp_path):
         output_header(make_job(tmp_path / "work", paths), print)
 
 
-def test_memory_is_shared_among_workers():
-    workers, most = share_memory(4e9, 2, 0.1)
-    assert (workers, most) == (2, 1_000_000)
-    assert share_memory(1e9, 8, 0.1)[0] < 8
-    assert share_memory(2e9, 2, 0.001)[1] < share_memory(2e9, 2, 0.1)[1]
+@pytest.mark.parametrize(("point", "halo"), [(POINT, halo_width(1.0, 0.1)), (MESH_POINT, HALO)])
+def test_memory_is_shared_among_workers(point, halo):
+    assert share_memory(8e9, 2, point, halo) == (2, 1_000_000)
+    assert share_memory(1e9, 8, point, halo)[0] < 8
+    assert share_memory(2e9, 2, point, 4 * halo)[1] < share_memory(2e9, 2, point, halo)[1]
     with pytest.raises(salcore.ParameterError, match="too little"):
-        share_memory(1e8, 2, 0.1)
+        share_memory(1e8, 2, point, halo)
+
+
+def test_fewer_points_kept_need_wider_halos():
+    tiles = [share_memory(2e9, 2, POINT, halo_width(1.0, ratio))[1] for ratio in (0.1, 0.001)]
+    assert share_memory(4e9, 2, POINT, halo_width(1.0, 0.1)) == (2, 1_000_000)
+    assert tiles[1] < tiles[0]
 
 
 def test_the_spacing_of_a_surface_is_found_from_counts():

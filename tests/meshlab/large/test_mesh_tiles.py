@@ -18,7 +18,7 @@ import salcore
 from meshlab_filter.cli.command import main
 from meshlab_filter.io import ply
 from meshlab_filter.large.mesh_job import MeshJob
-from meshlab_filter.large.mesh_run import share_memory, simplify_mesh
+from meshlab_filter.large.mesh_run import simplify_mesh
 from meshlab_filter.large.ply_blocks import look_at_mesh
 from salcore.arrays.edges import find_edges
 
@@ -132,7 +132,6 @@ def test_big_endian_and_doubles_are_written_as_they_were(expected, tmp_path):
 
 
 def test_dask_writes_the_same_bytes(mesh, expected, tmp_path):
-    pytest.importorskip("distributed")
     job = make_job(tmp_path / "work", mesh)
     simplify_mesh(job, tmp_path / "light.ply", workers=2, scheduler="local")
     assert (tmp_path / "light.ply").read_bytes() == expected
@@ -305,11 +304,3 @@ def test_the_command_chooses_tiles_by_memory_and_says_so(mesh, tmp_path, monkeyp
     assert "light.ply: by tiles of at most" in capsys.readouterr().err
     assert len(ply.read(output)[0].points) == 1540
     assert json.loads(report.read_text())["kept_points"] == 1540
-
-
-def test_memory_is_shared_among_workers():
-    workers, most = share_memory(8e9, 2)
-    assert (workers, most) == (2, 1_000_000)
-    assert share_memory(1e9, 8)[0] < 8
-    with pytest.raises(salcore.ParameterError, match="too little"):
-        share_memory(1e8, 2)
