@@ -13,7 +13,6 @@ False `salcore.Cancelled`.
 from __future__ import annotations
 
 import numbers
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -24,86 +23,16 @@ from salcore.maps import MAPS_BEGIN
 from salcore.progress import Progress
 
 from . import bridge
-from .parameters import (
-    ROWS,
-    TARGETS,
-    Callback,
-    check_not_empty,
-    closest,
-    make_parameters,
-    meshlab_name,
-)
-
-Filter = Callable[..., dict[str, Any]]
-
-_FILTERS: dict[str, Filter] = {}
-_DEFAULTS: dict[str, dict[str, Any]] = {}
-"""The parameters of every filter."""
-
+from .parameters import ROWS, TARGETS, Callback, check_not_empty, make_parameters, meshlab_name
+from .registry import apply as apply
+from .registry import filter_list as filter_list
+from .registry import filter_parameter_values as filter_parameter_values
+from .registry import registered
 
 _ANALYSIS = {"preset": "default"} | {name: row.default for name, row in ROWS.items()}
 _SIMPLIFICATION = _ANALYSIS | dict.fromkeys(TARGETS) | {"protectselected": False}
 _MESH = {"keepseams": True, "keepborder": False, "keeptopology": False, "symmetry": None}
 _MEASURE = {"errors": True}
-
-
-def _filter(**defaults: Any) -> Callable[[Filter], Filter]:
-    """Register a filter with the defaults of its parameters."""
-
-    def register(function: Filter) -> Filter:
-        _FILTERS[function.__name__] = function
-        _DEFAULTS[function.__name__] = defaults
-        return function
-
-    return register
-
-
-def filter_list() -> list[str]:
-    """Return the names of all filters."""
-    return sorted(_FILTERS)
-
-
-def filter_parameter_values(name: str) -> dict[str, Any]:
-    """Return the parameters of a filter with their defaults; None stands for no default."""
-    _check_filter(name)
-    return dict(_DEFAULTS[name])
-
-
-def apply(mesh_set: Any, name: str, **parameters: Any) -> dict[str, Any]:
-    """Apply a filter by name, as `MeshSet.apply_filter` does.
-
-    Parameters
-    ----------
-    mesh_set : pymeshlab.MeshSet
-    name : str
-        One of `filter_list`.
-    **parameters
-        Those of `filter_parameter_values`, and `progress`.
-
-    Returns
-    -------
-    dict
-        What the filter returns.
-
-    Raises
-    ------
-    salcore.ParameterError
-        If there is no such filter or parameter.
-    """
-    _check_filter(name)
-    names = _DEFAULTS[name]
-    for given in parameters:
-        if meshlab_name(given) not in names and given != "progress":
-            raise salcore.ParameterError(
-                f"no parameter {given!r}; {closest(meshlab_name(given), names)}"
-            )
-    return _FILTERS[name](mesh_set, **parameters)
-
-
-def _check_filter(name: str) -> None:
-    """Refuse a name that no filter has."""
-    if name not in _FILTERS:
-        raise salcore.ParameterError(f"no filter {name!r}; {closest(name, _FILTERS)}")
 
 
 def _analyze(
@@ -137,7 +66,7 @@ def _split(parameters: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
     return targets, others
 
 
-@_filter(**_ANALYSIS, colorize=False)
+@registered(**_ANALYSIS, colorize=False)
 def compute_scalar_by_saliency_per_vertex(
     mesh_set: Any, *, colorize: bool = False, progress: Callback | None = None, **parameters: Any
 ) -> dict[str, Any]:
@@ -168,7 +97,7 @@ def compute_scalar_by_saliency_per_vertex(
     return {"mean_saliency": float(analysis.saliency.mean()), "seconds": analysis.seconds}
 
 
-@_filter(**_ANALYSIS, colorize=False)
+@registered(**_ANALYSIS, colorize=False)
 def compute_scalar_by_saliency_region_per_vertex(
     mesh_set: Any, *, colorize: bool = False, progress: Callback | None = None, **parameters: Any
 ) -> dict[str, Any]:
@@ -250,7 +179,7 @@ def _custom_names(mesh_set: Any, names: str | tuple[str, ...]) -> tuple[str, ...
     return names
 
 
-@_filter(**_SIMPLIFICATION, **_MESH)
+@registered(**_SIMPLIFICATION, **_MESH)
 def compute_selection_by_interest_points_per_vertex(
     mesh_set: Any, *, progress: Callback | None = None, **parameters: Any
 ) -> dict[str, Any]:
@@ -278,7 +207,7 @@ def compute_selection_by_interest_points_per_vertex(
     return {"selected": int(selected.sum())}
 
 
-@_filter(**_SIMPLIFICATION, **_MESH, **_MEASURE, customattributes=())
+@registered(**_SIMPLIFICATION, **_MESH, **_MEASURE, customattributes=())
 def generate_simplified_point_cloud_by_saliency(
     mesh_set: Any,
     *,
@@ -320,7 +249,7 @@ def generate_simplified_point_cloud_by_saliency(
     return result.make_report(errors=errors).as_dict()
 
 
-@_filter(**_SIMPLIFICATION, **_MESH, **_MEASURE, customattributes=())
+@registered(**_SIMPLIFICATION, **_MESH, **_MEASURE, customattributes=())
 def meshing_decimation_by_saliency(
     mesh_set: Any,
     *,
@@ -379,7 +308,7 @@ def meshing_decimation_by_saliency(
     return result.make_report(errors=errors).as_dict()
 
 
-@_filter(originalmesh=0, simplifiedmesh=1)
+@registered(originalmesh=0, simplifiedmesh=1)
 def get_simplification_error(
     mesh_set: Any, *, originalmesh: int = 0, simplifiedmesh: int = 1
 ) -> dict[str, Any]:

@@ -29,7 +29,8 @@ from ..parameters import Callback, check_not_empty, make_parameters
 from . import demo, tiles
 from .figures import format_errors, format_report
 from .indices import check_indices, write_indices
-from .options import MISTAKE, make_parser
+from .options import make_parser
+from .parser import MISTAKE
 from .picture import Panel, check_picture, save_picture
 
 INTERRUPTED = 130

@@ -6,68 +6,18 @@ from __future__ import annotations
 import argparse
 import re
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
 import salcore
 from salcore.options import add_option
 
+from .parser import Completion, HelpAll, Parser, ShortHelp
+
 UNITS = {"": 1.0, "K": 1e3, "M": 1e6, "G": 1e9, "T": 1e12}
-MISTAKE = 2
-"""Exit status after a mistake of the user."""
 
-
-COMMON = (
-    "input", "output", "original", "simplified", "folder", "ratio", "ratios", "count", "faces",
-    "max_error", "placement", "detail", "points", "keep_border", "picture",
-    "memory", "report", "force", "help", "help_all",
-)  # fmt: skip
-"""What most people use: all that ``--help`` shows."""
 
 FILES = "input [input ...] output"
-
-
-class ShortHelp(argparse.HelpFormatter):
-    """Help that fits on a screen: the common options, with their first sentences."""
-
-    def add_argument(self, action: argparse.Action) -> None:
-        """Leave the other options out."""
-        if action.dest in COMMON or action.nargs == argparse.PARSER:
-            super().add_argument(action)
-
-    def _expand_help(self, action: argparse.Action) -> str:
-        return re.split(r"[.;] |\.$", super()._expand_help(action))[0]
-
-
-class HelpAll(argparse.Action):
-    """Show all options."""
-
-    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> NoReturn:
-        """Print the whole help and exit."""
-        parser.formatter_class = argparse.HelpFormatter
-        parser.print_help()
-        parser.exit()
-
-
-class Completion(argparse.Action):
-    """Print what a shell needs to complete commands and options."""
-
-    def __call__(self, parser: argparse.ArgumentParser, _: object, shell: Any, *__: object) -> None:
-        """Print the script and exit."""
-        try:
-            import shtab
-        except ImportError:
-            parser.error("--completion needs shtab; install it: pip install shtab")
-        print(shtab.complete(parser, shell))
-        parser.exit()
-
-
-class Parser(argparse.ArgumentParser):
-    """A parser that reports a mistake in one line."""
-
-    def error(self, message: str) -> NoReturn:
-        """Exit with the message alone, without the usage."""
-        text = " ".join(message.split())
-        self.exit(MISTAKE, f"salient-simplify: error: {text}; see {self.prog} --help\n")
+"""How the files are named in a usage."""
 
 
 def make_parser() -> Parser:
@@ -97,8 +47,7 @@ def make_parser() -> Parser:
             formatter_class=ShortHelp,
         )
         added.set_defaults(command=name)
-        if name not in ("compare", "demo"):
-            added.add_argument("--help-all", action=HelpAll, nargs=0, help="show all options")
+        added.add_argument("--help-all", action=HelpAll, nargs=0, help="show all options")
         return added
 
     simplify = command(
@@ -106,23 +55,7 @@ def make_parser() -> Parser:
         "keep the salient part of a file",
         f"{FILES} (--ratio R | --count N | --faces N | --max-error E) [options]",
     )
-    target = simplify.add_argument_group("target (one is required)")
-    _add_files(simplify)
-    choice = target.add_mutually_exclusive_group(required=True)
-    for row in salcore.TARGETS:
-        add_option(choice, row)
-    _add_simplification(simplify)
-    simplify.add_argument(
-        "--indices",
-        type=Path,
-        metavar="FILE",
-        help="write the kept indices, and what stands for each point, as .npz or .csv",
-    )
-    simplify.add_argument(
-        "--no-errors", action="store_true", help="measure no errors, which takes longest"
-    )
-    _add_report(simplify)
-    _add_tile_options(simplify)
+    _add_simplify(simplify)
 
     lods = command(
         "lods", "write levels of detail of a file", f"{FILES} --ratios R [R ...] [options]"
@@ -150,6 +83,27 @@ def make_parser() -> Parser:
     show.add_argument("folder", nargs="?", type=Path, default=Path("salient-simplify-demo"))
     show.add_argument("--quiet", action="store_true", help="show no progress")
     return parser
+
+
+def _add_simplify(simplify: argparse.ArgumentParser) -> None:
+    """Add the target, and what else a simplification to one file takes."""
+    target = simplify.add_argument_group("target (one is required)")
+    _add_files(simplify)
+    choice = target.add_mutually_exclusive_group(required=True)
+    for row in salcore.TARGETS:
+        add_option(choice, row)
+    _add_simplification(simplify)
+    simplify.add_argument(
+        "--indices",
+        type=Path,
+        metavar="FILE",
+        help="write the kept indices, and what stands for each point, as .npz or .csv",
+    )
+    simplify.add_argument(
+        "--no-errors", action="store_true", help="measure no errors, which takes longest"
+    )
+    _add_report(simplify)
+    _add_tile_options(simplify)
 
 
 def _add_compared(compare: argparse.ArgumentParser) -> None:

@@ -238,7 +238,7 @@ def test_ctrl_c_leaves_nothing(tmp_path):
 def test_libraries_that_are_not_installed_are_named():
     root = Path(__file__).parents[2]
     done = subprocess.run(
-        [sys.executable, "-S", "-m", "meshlab_filter", "--version"],  # without installed packages
+        [sys.executable, "-S", "-m", "meshlab_filter", "compare", "a.ply", "b.ply"],  # no packages
         cwd=root, env={}, capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert done.returncode == 1
