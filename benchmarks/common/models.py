@@ -38,8 +38,10 @@ def present(paths: Iterable[Path]) -> list[Path]:
 
 def load(path: Path, cloud: bool = False) -> tuple[np.ndarray, np.ndarray | None]:
     """Return a model's points (N, 3) and faces (F, 3); None for a cloud, or where faces are not
-    wanted.
+    wanted. A folder is a scan in LAZ files.
     """
+    if path.is_dir():
+        return scan(path), None
     import pymeshlab  # here, because most processes that measure get arrays and load no models
 
     meshes = pymeshlab.MeshSet(verbose=False)
@@ -47,3 +49,10 @@ def load(path: Path, cloud: bool = False) -> tuple[np.ndarray, np.ndarray | None
     mesh = meshes.current_mesh()
     faces = mesh.face_matrix() if mesh.face_number() and not cloud else None
     return mesh.vertex_matrix(), faces
+
+
+def scan(folder: Path) -> np.ndarray:
+    """Return the points of all LAZ files of a folder, (N, 3)."""
+    import laspy
+
+    return np.concatenate([laspy.read(str(path)).xyz for path in sorted(folder.glob("*.laz"))])

@@ -9,15 +9,13 @@ Writes peers.json, peers.md and plots. NAME is a model, "curve" (further ratios 
 --methods the other rows of peers.json stay; --draw writes tables and plots from it alone.
 
 Left out by rule, and said: a method on a model of more points than its `most` (`registry.Method`),
-and in the series over sizes one that took more than 60 seconds at the size before.
+in the series over sizes on one of five times as many.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
-import os
-import platform
 import subprocess
 import sys
 import tempfile
@@ -27,6 +25,7 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.common.build import Build, build
 from benchmarks.common.models import ROOT, add_models_option, present
 from benchmarks.common.shapes import Shape, part, read
 from benchmarks.peers import mesh_methods, point_methods  # noqa: F401  (they fill METHODS)
@@ -45,6 +44,7 @@ CURVE = ("bun_zipper.ply", (0.5, 0.2, 0.05, 0.01))  # further ratios, for the pl
 SIZES = (
     ("autzen_crop_100k.ply", (10_000, 30_000, 100_000)),
     ("autzen_crop_1M.ply", (300_000, 1_000_000)),
+    ("autzen_laz", (3_000_000, 10_000_000)),
 )
 SERIES = (
     "voxel grid",
@@ -56,7 +56,7 @@ SERIES = (
     "ours, cloud",
 )
 PARTS = [*MODELS, "curve", "series"]
-PATIENCE = 60.0  # seconds, in the series over sizes
+STRETCH = 5  # in the series over sizes, where no method is judged and hence run but once
 
 Row = dict[str, Any]
 
@@ -109,18 +109,21 @@ def compare(path: Path, ratios: Iterable[float], options: argparse.Namespace) ->
     return [row for row in rows if row.get("left out") != ""]
 
 
-def left_out(name: str, shape: Shape) -> Row:
-    """Return why a method is not run on a shape; an empty reason where it does not apply at all."""
+def left_out(name: str, shape: Shape, stretch: int = 1) -> Row:
+    """Return why a method is not run on a shape; an empty reason where it does not apply at all.
+
+    Its limit is multiplied by `stretch`.
+    """
     if METHODS[name].needs_faces and shape.faces is None:
         return {"left out": ""}
-    if len(shape.points) > METHODS[name].most:
-        return {"left out": f"more than {METHODS[name].most} points"}
+    if len(shape.points) > stretch * METHODS[name].most:
+        return {"left out": f"more than {stretch * METHODS[name].most:,} points"}
     return {}
 
 
 def series(options: argparse.Namespace) -> list[Row]:
     """Time point methods on a scene of ever more points, at a tenth of them."""
-    rows, slow = [], {}
+    rows = []
     for model, sizes in SIZES:
         if not present([options.models / model]):
             continue
@@ -132,12 +135,10 @@ def series(options: argparse.Namespace) -> list[Row]:
                 shape.save(stored)
                 for name in [name for name in SERIES if name in options.methods]:
                     row = {"model": "series", "of": len(shape.points), "method": name}
+                    row |= left_out(name, shape, STRETCH)
                     rows.append(row)
-                    if slow.get(name, 0) > PATIENCE:
-                        row["left out"] = f"took {slow[name]:.0f} s at the size before"
-                    else:
+                    if "left out" not in row:
                         row |= run(name, stored, len(shape.points) // 10, options.blender)[0]
-                        slow[name] = max(slow.get(name, 0), row.get("seconds", 0))
                     print(brief(row), flush=True)
     return rows
 
@@ -163,7 +164,7 @@ def gather(options: argparse.Namespace) -> None:
     path = options.figures / "peers.json"
     partial = options.only != PARTS or len(options.methods) < len(METHODS)
     rows = json.loads(path.read_text())["rows"] if partial and path.exists() else []
-    machine = f"{os.cpu_count()} processors ({platform.machine()})"
+    now = build()
     for name in options.only:
         if name == "series":
             new = series(options)
@@ -172,9 +173,14 @@ def gather(options: argparse.Namespace) -> None:
             if not present([options.models / model]):
                 continue
             new = compare(options.models / model, ratios, options)
-        merged = {same(row): row for row in rows} | {same(row): row for row in new}
+        merged = {same(row): row for row in rows} | {same(row): row for row in stamped(new, now)}
         rows = list(merged.values())
-        path.write_text(json.dumps({"machine": machine, "rows": rounded(rows)}, indent=0))
+        path.write_text(json.dumps({"build": now, "rows": rounded(rows)}, indent=0))
+
+
+def stamped(rows: list[Row], now: Build) -> list[Row]:
+    """Return rows that say which core they were measured with, for rows of others may stay."""
+    return [row | {"core": now["core"]} for row in rows]
 
 
 def rounded(value: Any) -> Any:

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from benchmarks.common.build import said
 from benchmarks.peers import plots
 from benchmarks.peers.registry import METHODS
 
@@ -302,7 +303,10 @@ def write(figures: Path) -> None:
     }
     with_versions = ", ".join(sorted(versions))
     absent = sorted({f"{row['method']} ({row['missing']})" for row in rows if "missing" in row})
-    parts = [HEAD, f"Machine: {data['machine']}. Versions: {with_versions}."]
+    parts = [HEAD, f"{said(data['build'])} Versions: {with_versions}."]
+    older = sorted({row["model"] for row in rows if row["core"] != data["build"]["core"]})
+    if older:
+        parts.append("Rows of another core: " + ", ".join(older) + ".")
     if absent:
         parts.append("Missing: " + "; ".join(absent) + ".")
     parts += [duels(blocks), each_peer(blocks)]
