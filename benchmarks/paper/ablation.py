@@ -9,16 +9,15 @@ threshold, built up part by part. Errors are those of benchmarks/peers/quality.p
 
 from __future__ import annotations
 
-import argparse
 import math
 from collections.abc import Iterable
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
 import salcore
-from benchmarks.common.models import add_models_option, present
+from benchmarks.common.models import present
+from benchmarks.common.page import options, table, write
 from benchmarks.common.shapes import Shape, read
 from benchmarks.peers.quality import Judge
 from benchmarks.peers.registry import Outcome
@@ -35,6 +34,8 @@ ORDERS = {
     "regions' boundaries weigh 1 more": replace(DEFAULT, interest_weight=1),
     "regions' boundaries weigh 5 more": replace(DEFAULT, interest_weight=5),
     "no evenness": replace(DEFAULT, evenness=0),
+    "a third of it (`evenness` 0.03)": replace(DEFAULT, evenness=0.03),
+    "three times as much (`evenness` 0.3)": replace(DEFAULT, evenness=0.3),
 }
 ALPHA = 30.0
 
@@ -73,11 +74,7 @@ def shares(found: list[Pair], base: list[Pair]) -> list[Pair]:
 
 def orders(judges: list[Judge]) -> str:
     """Return the table of orders."""
-    lines = [
-        "| change to the default | mesh, all | worst | mesh, features | worst "
-        "| cloud, all | worst | cloud, features | worst |",
-        "|---|" + "---:|" * 8,
-    ]
+    rows = []
     base = {
         cloud: [p for judge in judges for p in ordered(judge, DEFAULT, cloud)]
         for cloud in (False, True)
@@ -88,9 +85,11 @@ def orders(judges: list[Judge]) -> str:
             found = [p for judge in judges for p in ordered(judge, parameters, cloud)]
             for side in zip(*shares(found, base[cloud]), strict=True):
                 cells += [f"{mean(side):.3f}", f"{max(side):.2f}"]
-        lines.append(f"| {name} | " + " | ".join(cells) + " |")
-        print(lines[-1], flush=True)
-    return "\n".join(lines)
+        rows.append([name, *cells])
+        print(*rows[-1], flush=True)
+    head = ["mesh, all", "worst", "mesh, features", "worst"]
+    head += ["cloud, all", "worst", "cloud, features", "worst"]
+    return table(["change to the default", *head], rows)
 
 
 def built_up(analysis: salcore.Analysis) -> dict[str, np.ndarray]:
@@ -130,57 +129,47 @@ def thresholds(judges: list[Judge]) -> str:
             )
             row = len(kept) / len(shape.points), *shares([errors, errors], [random, best])
             found.setdefault(name, []).append(row)
-    lines = [
-        "| kept | of the points | of chance: all | worst | features | worst "
-        "| of the order: all | worst | features | worst |",
-        "|---|" + "---:|" * 9,
-    ]
-    for name, rows in found.items():
-        portion, *both = zip(*rows, strict=True)
+    rows = []
+    for name, measured in found.items():
+        portion, *both = zip(*measured, strict=True)
         cells = [f"{np.mean(portion):.0%}"]
         for pairs in both:
             for side in zip(*pairs, strict=True):
                 cells += [f"{mean(side):.2f}", f"{max(side):.2f}"]
-        lines.append(f"| {name} | " + " | ".join(cells) + " |")
-        print(lines[-1], flush=True)
-    return "\n".join(lines)
-
-
-def page(judges: list[Judge], names: list[str]) -> str:
-    """Return the whole page."""
-    return f"""# What each part of the paper adds
-
-`python -m benchmarks.paper.ablation --models FOLDER` writes this page. Models: {", ".join(names)}.
-
-## In the order of elimination
-
-Errors after a change, as shares of the default's at equal count: geometric means over the models at
-10 % and 2 %, and the worst single one. Above 1 the change does harm, so what it takes away helps.
-Mesh: the returned mesh. Cloud: the surface rebuilt from the kept points. *Features*: the tenth of
-the points where the surface bends most.
-
-{orders(judges)}
-
-## In the paper's threshold (α = {ALPHA:g})
-
-The selection built up part by part; its rebuilt surface's error as a share of that of as many
-random points (*of chance*), and of as many points of the order of elimination of the bare points
-(*of the order*). The mean over the models, and the worst.
-
-{thresholds(judges)}
-"""
+        rows.append([name, *cells])
+    sides = ["all", "worst", "features", "worst"]
+    head = ["kept", "of the points", *(f"of chance: {side}" for side in sides)]
+    return table([*head, *(f"of the order: {side}" for side in sides)], rows)
 
 
 def main() -> None:
     """Measure on the models that are there."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    add_models_option(parser)
-    parser.add_argument("--figures", type=Path, default=Path("docs/figures"))
-    options = parser.parse_args()
-    paths = present(options.models / name for name in MODELS)
-    options.figures.mkdir(parents=True, exist_ok=True)
-    text = page([Judge(read(path)) for path in paths], [path.stem for path in paths])
-    (options.figures / "ablation.md").write_text(text)
+    chosen = options(__doc__)
+    paths = present(chosen.models / name for name in MODELS)
+    judges = [Judge(read(path)) for path in paths]
+    write(
+        chosen.figures / "ablation.md",
+        "What each part of the paper adds",
+        "benchmarks.paper.ablation",
+        f"Models: {', '.join(path.stem for path in paths)}.",
+        ABOUT_ORDERS,
+        orders(judges),
+        ABOUT_THRESHOLDS,
+        thresholds(judges),
+    )
+
+
+ABOUT_ORDERS = """## In the order of elimination
+
+Errors after a change, as shares of the default's at equal count: geometric means over the models at
+10 % and 2 %, and the worst single one. Above 1 the change does harm, so what it takes away helps.
+Mesh: the returned mesh. Cloud: the surface rebuilt from the kept points. *Features*: the tenth of
+the points where the surface bends most."""
+ABOUT_THRESHOLDS = f"""## In the paper's threshold (α = {ALPHA:g})
+
+The selection built up part by part; its rebuilt surface's error as a share of that of as many
+random points (*of chance*), and of as many points of the order of elimination of the bare points
+(*of the order*). The mean over the models, and the worst."""
 
 
 if __name__ == "__main__":

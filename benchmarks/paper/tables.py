@@ -2,16 +2,13 @@
 """The paper's tables 1 and 2 and figures 6 and 12 to 15, beside what both presets give.
 
     python -m benchmarks.paper.tables [--models FOLDER] [--figures FOLDER]
-        [--only bunny laurana dragon]
 
 Writes paper.md and plots. All models are bare points, as in the paper: faces are not looked at.
 """
 
 from __future__ import annotations
 
-import argparse
 import math
-from collections.abc import Iterable
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -19,7 +16,8 @@ from pathlib import Path
 import numpy as np
 
 import salcore
-from benchmarks.common.models import add_models_option, load, present
+from benchmarks.common.models import load, present
+from benchmarks.common.page import options, table, write
 from benchmarks.paper import plots
 
 FILES = {"bunny": "bun_zipper.ply", "laurana": "Laurana50k.ply", "dragon": "dragon_vrip.ply"}
@@ -60,13 +58,6 @@ class Study:
     def rate(self, count: int) -> float:
         """Return the paper's rate: the share of points that went, in per cent."""
         return 100 * (1 - count / len(self.points))
-
-
-def table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
-    """Return a table in Markdown; the first column is text."""
-    head = list(head)
-    lines = ["| " + " | ".join(head) + " |", "|---|" + "---:|" * (len(head) - 1)]
-    return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in rows])
 
 
 def table_1(studies: list[Study]) -> str:
@@ -156,8 +147,8 @@ def noise_table(found: dict[tuple[str, str], list[dict[str, float]]]) -> str:
     return table([*head, "beyond chance"], rows)
 
 
-def page(studies: list[Study], figures: Path) -> str:
-    """Return the whole page, having drawn the plots."""
+def sections(studies: list[Study], figures: Path) -> list[str]:
+    """Return the parts of the page, having drawn the plots."""
     by_name = {study.name: study for study in studies}
     parts = [HEAD, "## Table 1 (figure 12)\n\nn = 8, x = 9.\n\n" + table_1(studies)]
     small = [by_name[name] for name in ("bunny", "laurana") if name in by_name]
@@ -173,15 +164,12 @@ def page(studies: list[Study], figures: Path) -> str:
         found = {(s.name, preset): noise_rows(s, preset) for s in small for preset in PRESETS}
         plots.figure_15(found, figures / "figure_15.svg")
         parts.append(FIGURE_15 + noise_table(found))
-    return "\n\n".join(parts) + "\n"
+    return parts
 
 
-HEAD = """# The paper's tables and figures
-
-`python -m benchmarks.paper.tables --models FOLDER` writes this page and its plots;
-docs/evidence.md says what they mean. The rate is the paper's: the share of the points that went.
-All models are bare points. Δmax and Δavg are (5.1) and (5.2), from original points to the nearest
-kept one."""
+HEAD = """docs/evidence.md says what it means. The rate is the paper's: the share of the points that
+went. All models are bare points. Δmax and Δavg are (5.1) and (5.2), from original points to the
+nearest kept one."""
 PICTURES = """## Figures 6, 12 and 13
 
 ![Saliency, and points kept at three thresholds](figure_6_12.png)
@@ -205,18 +193,15 @@ points to those kept of them.
 
 def main() -> None:
     """Measure the models that are there."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    add_models_option(parser)
-    parser.add_argument("--figures", type=Path, default=Path("docs/figures"))
-    parser.add_argument("--only", nargs="+", default=list(FILES), choices=list(FILES))
-    options = parser.parse_args()
-    options.figures.mkdir(parents=True, exist_ok=True)
+    chosen = options(__doc__)
     studies = [
         Study(name, load(path, cloud=True)[0])
-        for name in options.only
-        for path in present([options.models / FILES[name]])
+        for name, file in FILES.items()
+        for path in present([chosen.models / file])
     ]
-    (options.figures / "paper.md").write_text(page(studies, options.figures))
+    parts = sections(studies, chosen.figures)
+    title = "The paper's tables and figures"
+    write(chosen.figures / "paper.md", title, "benchmarks.paper.tables", *parts)
 
 
 if __name__ == "__main__":

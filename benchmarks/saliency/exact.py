@@ -1,7 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How well maps tell known features from what is clearly none (the tables of docs/evidence.md).
-
-    python -m benchmarks.saliency.exact [--counts 10000 40000] [--peers]
+"""How well maps tell known features from what is clearly none.
 
 Mean over three shapes (`benchmarks.saliency.shapes`) of the AUC: how often a point on a feature has
 a larger value than one clearly off. Noise is along the normals, as a share of the diagonal; "half"
@@ -10,12 +8,14 @@ is 0.1 % on one half of the shape, which asks whether noise looks salient beside
 
 from __future__ import annotations
 
-import argparse
+from collections.abc import Sequence
 
 import numpy as np
 from scipy.stats import rankdata
 
-from .maps import OURS, PEERS, Map
+from benchmarks.common.page import table
+
+from .maps import Map
 from .shapes import SHAPES, Known, with_noise
 
 NOISE = {"clean": 0.0, "0.05 %": 0.0005, "0.1 %": 0.001, "0.3 %": 0.003}
@@ -45,18 +45,11 @@ def row(measure: Map, shapes: list[Known]) -> list[float]:
     return [*result, np.mean(result)]
 
 
-def main() -> None:
-    """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--counts", type=int, nargs="+", default=[10_000, 40_000])
-    parser.add_argument("--peers", action="store_true", help="measure the peers as well")
-    options = parser.parse_args()
-    shapes = [make(count) for make in SHAPES.values() for count in options.counts]
-    print("| map |", *(f"{name} |" for name in (*NOISE, "half", "all")))
-    print("|---|" + "---|" * (len(NOISE) + 2))
-    for name, measure in (OURS | PEERS if options.peers else OURS).items():
-        print(f"| {name} |", *(f"{value:.3f} |" for value in row(measure, shapes)), flush=True)
-
-
-if __name__ == "__main__":
-    main()
+def exact(counts: Sequence[int], maps: dict[str, Map]) -> str:
+    """Return the table of some maps on the shapes of so many points."""
+    shapes = [make(count) for make in SHAPES.values() for count in counts]
+    rows = [
+        [name, *(f"{value:.3f}" for value in row(measure, shapes))]
+        for name, measure in maps.items()
+    ]
+    return table(["map", *NOISE, "half", "all"], rows)

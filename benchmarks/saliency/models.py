@@ -1,7 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""How steady maps are under noise and sampling on scans (a table of docs/evidence.md).
-
-    python -m benchmarks.saliency.models [--models FOLDER] [--peers] [NAME ...]
+"""How steady maps are under noise, sampling and another order of the points, on scans.
 
 Rank correlation of each map of a noisy or thinner model with its own of the model itself. Noise is
 Gaussian, along the normals, as a share of the diagonal; thinner models are clouds of points drawn
@@ -10,26 +8,24 @@ at random.
 
 from __future__ import annotations
 
-import argparse
+from pathlib import Path
 
 import numpy as np
 from scipy.stats import spearmanr
 
 import salcore
-from benchmarks.common.models import add_models_option, present
+from benchmarks.common.page import table
 from benchmarks.common.shapes import Shape, read
 
-from .maps import OURS, PEERS, Map
+from .maps import OURS, Map
 
 NAMES = ("Laurana50k.ply", "rockerArm.ply", "lion_takanawa_341989.ply")
-SLOW = ("Lee 2005", "normal variation, 4 %", "normal variation, 2 %", "preset paper")
-"""Peers that look at far too many neighbours on a large scan."""
 NOISE = (0.0005, 0.001, 0.003)
 THINNER = (4, 16)
 
 
 def row(measure: Map, shape: Shape) -> list[float]:
-    """Return the rank correlations at each strength of noise and each density."""
+    """Return the rank correlations at each strength of noise, each density, in another order."""
     rng, points = np.random.default_rng(0), shape.points
     normals = salcore.analyze(points, shape.faces).normals
     clean = measure(points, shape.faces)
@@ -40,29 +36,30 @@ def row(measure: Map, shape: Shape) -> list[float]:
     for part in THINNER:
         drawn = np.sort(rng.choice(len(points), len(points) // part, replace=False))
         result.append(spearmanr(clean[drawn], measure(points[drawn], None)).statistic)
+    moved, faces, order = shuffled(shape)
+    result.append(spearmanr(clean[order], measure(moved, faces)).statistic)
     return result
 
 
-def main() -> None:
-    """Print a table for each model."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    add_models_option(parser)
-    parser.add_argument("names", nargs="*", default=NAMES, metavar="NAME")
-    parser.add_argument("--peers", action="store_true", help="measure the peers as well")
-    options = parser.parse_args()
-    maps = OURS
-    if options.peers:
-        maps = OURS | {name: measure for name, measure in PEERS.items() if name not in SLOW}
+def models(paths: list[Path]) -> str:
+    """Return a table for each model."""
     columns = [f"{share:.2%} noise" for share in NOISE] + [f"1/{part}" for part in THINNER]
-    for path in present(options.models / name for name in options.names):
+    parts = []
+    for path in paths:
         shape = read(path)
-        print(
-            f"\n{path.stem}, {len(shape.points):,} points\n\n| map |", *(f"{c} |" for c in columns)
-        )
-        print("|---|" + "---|" * len(columns))
-        for name, measure in maps.items():
-            print(f"| {name} |", *(f"{v:.2f} |" for v in row(measure, shape)), flush=True)
+        rows = [
+            [name, *(f"{value:.2f}" for value in row(measure, shape))]
+            for name, measure in OURS.items()
+        ]
+        parts.append(f"{path.stem}, {len(shape.points):,} points:")
+        parts.append(table(["map", *columns, "another order"], rows))
+    return "\n\n".join(parts)
 
 
-if __name__ == "__main__":
-    main()
+def shuffled(shape: Shape) -> tuple[np.ndarray, np.ndarray | None, np.ndarray]:
+    """Return the points in another order, the faces, and which point each is."""
+    order = np.random.default_rng(0).permutation(len(shape.points))
+    place = np.empty_like(order)
+    place[order] = np.arange(len(order))
+    faces = None if shape.faces is None else place[shape.faces]
+    return shape.points[order], faces, order

@@ -1,7 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What regions find on a machine part, and how steady they are (tables of docs/evidence.md).
-
-    python -m benchmarks.saliency.regions [--models FOLDER]
+"""What regions find on a machine part, and how steady they are.
 
 The faces of a part are its triangles between sharp edges, those of more than 20 degrees. Agreement
 is the adjusted Rand index (1: the same regions, 0: by chance) of the regions with the faces, over
@@ -12,7 +10,6 @@ ring, precision the share of the borders' vertices with a sharp edge within one.
 
 from __future__ import annotations
 
-import argparse
 import dataclasses
 
 import numpy as np
@@ -20,10 +17,13 @@ from scipy import sparse
 from scipy.sparse import csgraph
 
 import salcore
-from benchmarks.common.models import add_models_option, present
-from benchmarks.common.shapes import Shape, read
+from benchmarks.common.page import table
+from benchmarks.common.shapes import Shape
+
+from .models import shuffled
 
 SHARP = np.radians(20.0)
+PART = "fandisk.obj"
 MODELS = ("Laurana50k.ply", "bun_zipper.ply")
 KINDS = ("islands", "basins", "components")
 
@@ -74,13 +74,12 @@ def labels_of(analysis: salcore.Analysis, kind: str, **values: float) -> np.ndar
     return other.regions
 
 
-def on_part(shape: Shape) -> None:
-    """Print how regions agree with the faces of a part."""
+def on_part(shape: Shape) -> str:
+    """Return the table of how regions agree with the faces of a part."""
     face, edge = part_faces(shape)
     analysis = salcore.analyze(shape.points, shape.faces)
     near = analysis.graph.matrix()
-    print(f"{len(np.unique(face))} faces")
-    print("| regions | count | agreement | recall | precision |\n|---|---|---|---|---|")
+    rows = []
     for kind in KINDS:
         labels = labels_of(analysis, kind)
         row = analysis.graph.rows()
@@ -90,7 +89,10 @@ def on_part(shape: Shape) -> None:
         precision = (edge | (near @ edge))[border].mean()
         agreement = adjusted_rand(labels[~edge], face[~edge])
         count = labels.max() + 1
-        print(f"| {kind} | {count} | {agreement:.2f} | {recall:.2f} | {precision:.2f} |")
+        figures = (f"{value:.2f}" for value in (agreement, recall, precision))
+        rows.append([kind, f"{count}", *figures])
+    head = [f"of {len(np.unique(face))} faces", "count", "agreement", "recall", "precision"]
+    return table(head, rows)
 
 
 def variants(shape: Shape) -> dict[str, tuple[salcore.Analysis, np.ndarray]]:
@@ -105,38 +107,21 @@ def variants(shape: Shape) -> dict[str, tuple[salcore.Analysis, np.ndarray]]:
         result[f"{share:.2%} noise"] = salcore.analyze(points, shape.faces), everything
     result["bare points"] = salcore.analyze(shape.points), everything
     result["a quarter of them"] = salcore.analyze(shape.points[quarter]), quarter
+    moved, faces, order = shuffled(shape)
+    result["another order"] = salcore.analyze(moved, faces), order
     return result
 
 
-def steadiness(shape: Shape) -> None:
-    """Print how regions agree with those of the clean model."""
+def steadiness(shape: Shape) -> str:
+    """Return the table of how regions agree with those of the clean model."""
     analysis, others = salcore.analyze(shape.points, shape.faces), variants(shape)
-    print("| regions | count | largest |", *(f"{name} |" for name in others))
-    print("|---|---|---|" + "---|" * len(others))
+    rows = []
     for kind in KINDS:
         labels = labels_of(analysis, kind)
         sizes = np.bincount(labels)
         values = [
             adjusted_rand(labels[which], labels_of(other, kind)) for other, which in others.values()
         ]
-        print(
-            f"| {kind} | {len(sizes)} | {sizes.max() / len(labels):.0%} |",
-            *(f"{value:.2f} |" for value in values),
-        )
-
-
-def main() -> None:
-    """Print the tables."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    add_models_option(parser)
-    options = parser.parse_args()
-    for path in present([options.models / "fandisk.obj"]):
-        print(path.stem)
-        on_part(read(path))
-    for path in present(options.models / name for name in MODELS):
-        print(path.stem)
-        steadiness(read(path))
-
-
-if __name__ == "__main__":
-    main()
+        largest = f"{sizes.max() / len(labels):.0%}"
+        rows.append([kind, f"{len(sizes)}", largest, *(f"{value:.2f}" for value in values)])
+    return table(["regions", "count", "largest", *others], rows)

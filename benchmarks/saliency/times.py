@@ -1,21 +1,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What saliency at every scale and regions cost (a table of docs/evidence.md).
-
-    python -m benchmarks.saliency.times [--models FOLDER] [NAME ...]
-
-Processor seconds, the least of three runs on one thread.
-"""
+"""What saliency at every scale and regions cost: processor seconds, the least of three runs."""
 
 from __future__ import annotations
 
-import argparse
 import dataclasses
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import salcore
-from benchmarks.common.models import add_models_option, load, present
+from benchmarks.common.models import load
+from benchmarks.common.page import table
 
 NAMES = ("bun_zipper.ply", "dragon_vrip.ply", "autzen_crop_1M.ply")
 RUNS = 3
@@ -28,16 +24,11 @@ def seconds(work: Callable[[], Any]) -> float:
     return time.process_time() - begun
 
 
-def main() -> None:
-    """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    add_models_option(parser)
-    parser.add_argument("names", nargs="*", default=NAMES, metavar="NAME")
-    options = parser.parse_args()
+def times(paths: list[Path]) -> str:
+    """Return the table of times on one thread."""
     one = salcore.Parameters(workers=1)
-    print("| model | points | analysis | scales | together, of before | islands | basins |")
-    print("|---|---|---|---|---|---|---|")
-    for path in present(options.models / name for name in options.names):
+    lines = []
+    for path in paths:
         points, faces = load(path)
         rows = []
         for _ in range(RUNS):
@@ -51,12 +42,8 @@ def main() -> None:
                 row.append(seconds(lambda a=other: a.segmentation))
             rows.append(row)
         first, scales, islands, basins = (min(column) for column in zip(*rows, strict=True))
-        print(
-            f"| {path.stem} | {len(points):,} | {first:.2f} s | {scales:.2f} s | "
-            f"{1 + scales / first:.2f} | {islands:.2f} s | {basins:.2f} s |",
-            flush=True,
-        )
-
-
-if __name__ == "__main__":
-    main()
+        figures = [f"{first:.2f} s", f"{scales:.2f} s", f"{1 + scales / first:.2f}"]
+        figures += [f"{islands:.2f} s", f"{basins:.2f} s"]
+        lines.append([path.stem, f"{len(points):,}", *figures])
+    head = ["points", "analysis", "scales", "together, of the analysis", "islands", "basins"]
+    return table(["model", *head], lines)
