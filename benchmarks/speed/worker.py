@@ -1,12 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """How long Blender's window waits while the worker simplifies, and how soon it can be cancelled.
 
-    python benchmarks/speed/worker.py [--models FOLDER] [--ratio 0.1] [--textured]
+    python -m benchmarks.speed.worker [--models FOLDER] [--ratio 0.1] [--textured]
 
 Needs bpy. Drives the add-on as its modal operator does, by a tick every 0.1 s, on the Dragon as a
-mesh and as loose points and on a LiDAR scan of a million points; what is missing is named. Times
-are wall-clock seconds of Blender's own thread, CPU seconds of it in brackets: on a busy machine
-the first tell less.
+mesh and as loose points and on a LiDAR scan of a million points; what is missing is named. Prints
+JSON: for each of them wall-clock seconds of Blender's own thread, CPU seconds in brackets.
 """
 
 from __future__ import annotations
@@ -14,6 +13,7 @@ from __future__ import annotations
 import argparse
 import importlib
 import importlib.util
+import json
 import os
 import sys
 import tempfile
@@ -91,99 +91,99 @@ class Clock:
 def run(work: Any, request: dict[str, Any], until: str | None = None) -> tuple[Any, list[Any]]:
     """Run a request by ticks, to its end or to a stage; return the task and the ticks' times.
 
-    The times are tuples: wall-clock and CPU seconds, stage, and whether the answer came.
+    The times are tuples: wall-clock and CPU seconds, stage, and whether the answer came. The first
+    tick sends the request.
     """
     task = work.Task([lambda: request], work.host)
     ticks: list[Any] = []
-    done = task.advance()
-    while not done and (until is None or task.stage != until):
-        time.sleep(TICK if until is None else 0.005)
+    while not task.done and (until is None or task.stage != until):
         wall, cpu = time.perf_counter(), time.thread_time()
         done = task.advance()
         spent = time.perf_counter() - wall, time.thread_time() - cpu
         ticks.append((*spent, task.stage, done))
+        time.sleep(0.0 if done else TICK if until is None else 0.005)
     return task, ticks
 
 
-def measure(module: Callable[[str], Any], obj: Any, ratio: float) -> None:
-    """Print the figures of one object."""
+def ready(work: Any) -> None:
+    """Start the child, and wait until it is connected."""
+    work.host.start()
+    while work.host.state != "idle":
+        work.host.poll()
+        time.sleep(0.01)
+
+
+def longest(ticks: list[Any]) -> str:
+    """Return the longest of the ticks that brought no answer."""
+    wall, cpu, *_ = max(tick for tick in ticks if not tick[3])
+    return f"{wall:.4f} s ({cpu:.4f})"
+
+
+def measure(module: Callable[[str], Any], obj: Any, ratio: float) -> dict[str, str]:
+    """Return the figures of one object."""
     import bpy
 
     work, sources = module("operators.work"), module("geometry.sources")
     results, topology = module("geometry.results"), module("geometry.topology")
     parameters = module("salcore").Parameters(error_unit="length").as_dict()
     kept = SimpleNamespace(**module("command").NO_WEIGHTS, **module("command").KEEP)
-    clock = Clock()
-    work.host.start()
-    while work.host.state != "idle":
-        work.host.poll()
-        time.sleep(0.01)
-    print(f"  child started and connected: {clock}")
+    source = sources.originals(bpy.context)[0]
 
     def request_of(ratio: float) -> dict[str, Any]:
-        source = sources.originals(bpy.context)[0]
         words = {"task": "simplify", "parameters": parameters, "targets": [{"ratio": ratio}]}
-        return words | {
-            "number": 0,
-            **sources.geometry_with_mesh(source, kept),
-        }
+        return words | {"number": 0, **sources.geometry_with_mesh(source, kept)}
 
+    def build(task: Any, name: str) -> None:
+        answer = topology.Reduced.from_dict(task.results[0]["levels"][0])
+        made = results.add(source, answer, name)
+        assert len(made[0].data.vertices) == len(answer.indices)
+
+    figures = {}
+    clock = Clock()
+    ready(work)
+    figures["child started and connected"] = str(clock)
     clock = Clock()
     request = request_of(ratio)
-    print(f"  reading: {clock}")
-    task = work.Task([lambda: request], work.host)
+    figures["reading the object"] = str(clock)
+    task, ticks = run(work, request)
+    figures["sending"] = f"{ticks[0][0]:.3f} s ({ticks[0][1]:.3f})"
+    figures["longest look while the child works"] = longest(ticks[1:])
+    figures["receiving"] = f"{ticks[-1][0]:.3f} s ({ticks[-1][1]:.3f})"
     clock = Clock()
-    task.advance()
-    print(f"  sending: {clock}")
-    ticks = []
-    stages = []
-    while not task.done:
-        time.sleep(TICK)
-        wall, cpu = time.perf_counter(), time.thread_time()
-        done = task.advance()
-        ticks.append((time.perf_counter() - wall, time.thread_time() - cpu, done))
-        if task.stage not in stages:
-            stages.append(task.stage)
-    quiet = [tick for tick in ticks if not tick[2]]
-    longest = max(quiet)
-    print(f"  {len(quiet)} ticks while the child works, longest {longest[0]:.4f} s", end="")
-    print(f" ({max(tick[1] for tick in quiet):.4f})")
-    print(f"  receiving: {ticks[-1][0]:.3f} s ({ticks[-1][1]:.3f})")
-    source = sources.originals(bpy.context)[0]
-    clock = Clock()
-    answer = topology.Reduced.from_dict(task.results[0]["levels"][0])
-    made = results.add(source, answer, "_new")
-    print(f"  building the object, {len(answer.indices):,} points: {clock}")
-    assert len(made[0].data.vertices) == len(answer.indices)
-
-    task, ticks = run(work, {"task": "measure"})
-    quiet = [tick for tick in ticks if not tick[3]]
-    if quiet:
-        longest = max(quiet)
-        print(
-            f"  {len(quiet)} ticks while it measures, longest {longest[0]:.4f} s ({longest[1]:.4f})"
-        )
-
+    build(task, "_new")
+    figures["building the new object"] = str(clock)
+    figures["longest look while it measures"] = longest(run(work, {"task": "measure", "numbers": [0]})[1][1:])
     for other in (2.0 * ratio, 0.5 * ratio):
         clock = Clock()
-        task, _ = run(work, request_of(other))
-        answer = topology.Reduced.from_dict(task.results[0]["levels"][0])
-        results.add(source, answer, "_second")
-        print(f"  another ratio, {other:g}, from the press to the object: {clock}")
+        build(run(work, request_of(other))[0], "_second")
+        figures[f"another ratio, {other:g}, from press to object"] = str(clock)
+    figures |= cancelled(work, request, list(dict.fromkeys(tick[2] for tick in ticks[:-1])))
+    work.stop()
+    return figures
 
-    for k, stage in enumerate(stages):
-        changed = request | {"points": request["points"] * (1.5 + k)}
+
+def cancelled(work: Any, request: dict[str, Any], stages: list[str]) -> dict[str, str]:
+    """Return how soon Esc is answered, and the child is ready again, at worst over the stages."""
+    answered, waits, killed = [], [], 0
+    for number, stage in enumerate(stages):
+        changed = request | {"points": request["points"] * (1.5 + number)}
         task, _ = run(work, changed, until=stage)
-        clock = Clock()
+        if task.done:
+            continue
+        pid, begun = work.host.pid, time.perf_counter()
         task.cancel()
-        answered = str(clock)
-        pid = work.host.pid
+        answered.append(time.perf_counter() - begun)
         while work.host.state == "stopping":
             work.host.poll()
             time.sleep(0.002)
-        ready = "ready" if work.host.pid == pid else "killed"
-        print(f"  Esc in {stage!r}: answered {answered}, child {ready} after {clock}")
-    work.stop()
+        waits.append(time.perf_counter() - begun)
+        killed += work.host.pid != pid
+        ready(work)
+    return {
+        "Esc is answered, at worst": f"{max(answered):.3f} s",
+        "the child is ready again, at worst": f"{max(waits):.2f} s",
+        "stages tried, child ended in": f"{len(waits)}, {killed}",
+    }
 
 
 def main() -> None:
@@ -193,6 +193,7 @@ def main() -> None:
     parser.add_argument("--ratio", type=float, default=0.1)
     parser.add_argument("--textured", action="store_true", help="give meshes a UV map")
     options = parser.parse_args()
+    found = []
     with tempfile.TemporaryDirectory() as folder:
         module = enable(folder)
         for name, faces in ROWS:
@@ -201,10 +202,11 @@ def main() -> None:
                 print(f"missing: {path}", file=sys.stderr)
                 continue
             obj = load(path, faces, options.textured)
+            kind = "mesh" if faces else "points"
             count = len(obj.data.vertices)
-            print(f"{path.stem}, {'mesh' if faces else 'points'}: {count:,} points", flush=True)
-            measure(module, obj, options.ratio)
-        sys.stdout.flush()
+            figures = measure(module, obj, options.ratio)
+            found.append({"model": f"{path.stem}, {kind}", "points": count, "figures": figures})
+        print(json.dumps(found), flush=True)
     os._exit(0)  # bpy's own end now and then waits for ever for one of its threads
 
 
