@@ -63,8 +63,12 @@ def memory(rows: list[dict[str, Any]]) -> str:
 def thresholds(rows: list[dict[str, Any]]) -> str:
     """Return the table of thresholds by both presets."""
     lines = [
-        [_name(row), *(f"{row[key]:.2f} s" for key in ("alpha", "paper"))]
-        + [f"{row['paper'] / row['alpha']:.1f}"]
+        [
+            _name(row),
+            f"{row['alpha']:.2f} s",
+            f"{row['paper']:.2f} s",
+            f"{row['paper'] / row['alpha']:.1f}",
+        ]
         for row in rows
     ]
     return table(["analysis and α = 30", "default", "preset paper", "ratio"], lines)
@@ -109,8 +113,9 @@ def main() -> None:
 
 ABOUT_ENGINE = """## The engine
 
-Processor seconds, and after the comma how often the floor, which is a k-d tree and its query for 17
-nearest points, any method on a neighbourhood pays. The first cut is to 10 %, the further one to 5 %."""
+Processor seconds, and after the comma how many times the floor that is: a k-d tree and its query
+for 17 nearest points, which any method on a neighbourhood pays. The first cut is to 10 %, the
+further one to 5 %."""
 ABOUT_MEMORY = """## Memory
 
 Growth of the peak of the resident set over the input, from before the analysis to after the first

@@ -53,9 +53,7 @@ def measure(path: Path, kind: str) -> dict[str, Any]:
         "rounds": len(analysis.rounds),
         "analyze": analyzing,
         "cut": cutting,
-        "further": min(
-            seconds(lambda: analysis.simplify(ratio=FURTHER))[0] for _ in range(REPEAT)
-        ),
+        "further": min(seconds(lambda: analysis.simplify(ratio=FURTHER))[0] for _ in range(REPEAT)),
         "measure": seconds(lambda: result.report.errors)[0],
         "memory": memory / len(points),
         "estimated": salcore.estimated_memory(len(points), count) / len(points),
@@ -70,9 +68,7 @@ def measure(path: Path, kind: str) -> dict[str, Any]:
     if faces is not None:
         draft = seconds(lambda: salcore.analyze(points, faces, parameters=rough))[1]
         draft.simplify(ratio=RATIO)
-        row["draft"] = min(
-            seconds(lambda: draft.simplify(ratio=FURTHER))[0] for _ in range(REPEAT)
-        )
+        row["draft"] = min(seconds(lambda: draft.simplify(ratio=FURTHER))[0] for _ in range(REPEAT))
         row["MeshLab"] = meshlab(points, faces, len(result.faces))
     return row
 

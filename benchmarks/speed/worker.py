@@ -152,7 +152,9 @@ def measure(module: Callable[[str], Any], obj: Any, ratio: float) -> dict[str, s
     clock = Clock()
     build(task, "_new")
     figures["building the new object"] = str(clock)
-    figures["longest look while it measures"] = longest(run(work, {"task": "measure", "numbers": [0]})[1][1:])
+    figures["longest look while it measures"] = longest(
+        run(work, {"task": "measure", "numbers": [0]})[1][1:]
+    )
     for other in (2.0 * ratio, 0.5 * ratio):
         clock = Clock()
         build(run(work, request_of(other))[0], "_second")
