@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Scans in tiles against the same scans in memory: what they take, and what differs.
 
-    python -m benchmarks.tiles.scans [--models FOLDER] [--only PART ...]
+    python -m benchmarks.tiles.scans [--models FOLDER] [--figures FOLDER] [--only PART ...]
 
 Runs the command as a user does, on a crop of a million points, on one and on all of nine LAZ files.
-Every figure that was measured stays in docs/figures/tiles.json, of which docs/figures/tiles.md is
-written anew, so that parts may be measured one at a time.
+Every figure that was measured stays in tiles.json, of which tiles.md is written anew, so that parts
+may be measured one at a time.
 """
 
 from __future__ import annotations
@@ -22,7 +22,9 @@ from typing import Any
 import laspy
 import numpy as np
 
+from benchmarks.common.build import build, said
 from benchmarks.common.models import ROOT, add_models_option, load
+from benchmarks.common.page import FIGURES
 from benchmarks.tiles.borders import agreement
 from benchmarks.tiles.processes import Taken, run
 
@@ -30,7 +32,6 @@ RATIO = 0.1
 CROP, SCAN, ONE = "autzen_crop_1M.ply", "autzen_laz", "autzen_11.laz"
 SMALL, LARGE = "1.25G", "4G"
 """Memory for two workers: tiles of at most 300,000 points, and of a million."""
-FIGURES = ROOT / "docs" / "figures" / "tiles.json"
 
 
 def write_crop(models: Path, folder: Path) -> Path:
@@ -120,6 +121,8 @@ def page(found: dict[str, Any]) -> str:
     lines = [
         "# Scans in tiles",
         "",
+        said(found["build"]),
+        "",
         "`python -m benchmarks.tiles.scans --models FOLDER` writes this page: LiDAR from LAZ to",
         "LAZ at 10 %, by two processes, against the same in memory. Memory is all processes'",
         "together. *Wall on two free cores* is worked out from CPU seconds, for the machine did",
@@ -201,14 +204,19 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     add_models_option(parser)
     parser.add_argument("--only", nargs="+", choices=PARTS, default=list(PARTS), metavar="PART")
+    parser.add_argument("--figures", type=Path, default=FIGURES, help="folder of the page")
     options = parser.parse_args()
     os.environ["PYTHONPATH"] = str(ROOT)
-    found = json.loads(FIGURES.read_text()) if FIGURES.exists() else {}
+    path = options.figures / "tiles.json"
+    found = json.loads(path.read_text()) if path.exists() else {}
+    if found.get("build", {}).get("core") != build()["core"]:
+        found = {}  # of another build: not to be mixed
+    found["build"] = build()
     for name in options.only:
         with tempfile.TemporaryDirectory() as folder:
             found[name] = PARTS[name](options.models, Path(folder))
-        FIGURES.write_text(json.dumps(found, indent=1) + "\n")
-        FIGURES.with_suffix(".md").write_text(page(found), encoding="utf-8")
+        path.write_text(json.dumps(found, indent=1) + "\n")
+        path.with_suffix(".md").write_text(page(found), encoding="utf-8")
 
 
 if __name__ == "__main__":
