@@ -1,19 +1,21 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Render docs/pictures/blender.png and decimate.png with Blender itself.
 
-    python docs/blender_pictures.py
-    python docs/blender_pictures.py --model statue.ply --faces 4375 --output statue.png
+    python -m docs.blender_pictures
+    python -m docs.blender_pictures --model statue.ply --faces 4375 --output statue.png
+    python -m docs.blender_pictures --figures
 
 The first shows a monkey, its saliency, 10 % and 2 %; the second a carved monkey, what Blender's own
 Decimate modifier makes of it, and what this build makes of it, at equal numbers of faces. A model
-takes the place of the carved monkey. Needs bpy; Cycles takes a few minutes.
+takes the place of the carved monkey. How far the surfaces lie apart stands in
+docs/figures/decimate.md, which `--figures` writes without pictures. Needs bpy; Cycles takes a few
+minutes.
 """
 
 from __future__ import annotations
 
 import argparse
 import importlib
-import sys
 import tempfile
 from math import radians
 from pathlib import Path
@@ -21,11 +23,10 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.common.page import FIGURES, table, write
+from benchmarks.speed.worker import NAME, enable
+
 ROOT = Path(__file__).parents[1]
-sys.path.insert(0, str(ROOT / "benchmarks" / "speed"))
-
-from worker import NAME, enable  # noqa: E402
-
 WIDTH, SAMPLES = 1800, 12
 SPACING = 2.75
 SHARE = 0.02
@@ -101,7 +102,7 @@ def decimated(obj: Any, faces: int) -> Any:
     return result
 
 
-def errors(original: Any, result: Any) -> str:
+def errors(original: Any, result: Any) -> list[str]:
     """Return mean and largest distance between two surfaces, both ways, in thousandths of the size.
 
     Of samples all over each surface: vertices alone would tell nothing of the faces between.
@@ -116,7 +117,7 @@ def errors(original: Any, result: Any) -> str:
         for one, other in ((first, second), (second, first))
     )
     mean, largest = 0.5 * (there.mean + back.mean) / size, max(there.max, back.max) / size
-    return f"{len(result.data.polygons):,} faces, mean error {mean:.3f}, largest {largest:.2f} ‰"
+    return [f"{len(result.data.polygons):,}", f"{mean:.2f} ‰", f"{largest:.1f} ‰"]
 
 
 def samples(surface: Any) -> Any:
@@ -219,6 +220,12 @@ def stages(path: Path) -> None:
     render(path)
 
 
+def both(original: Any, faces: int | None = None) -> tuple[Any, Any]:
+    """Return what Decimate and this make of an object, at equal numbers of faces."""
+    theirs = decimated(original, faces or round(SHARE * len(original.data.polygons)))
+    return theirs, simplified(original, target="FACES", faces=len(theirs.data.polygons))
+
+
 def beside_decimate(path: Path, model: str | None, faces: int | None) -> None:
     """Render a mesh, Decimate's result and ours at equal numbers of faces."""
     import bpy
@@ -229,18 +236,32 @@ def beside_decimate(path: Path, model: str | None, faces: int | None) -> None:
     else:
         bpy.ops.wm.ply_import(filepath=model, forward_axis="NEGATIVE_Z", up_axis="Y")
         original, turn = fitted(bpy.context.active_object), 0.0
-    faces = faces or round(SHARE * len(original.data.polygons))
-    theirs = decimated(original, faces)
-    ours = simplified(original, target="FACES", faces=len(theirs.data.polygons))
+    theirs, ours = both(original, faces)
     original.data.shade_flat()
-    for name, result in (("Decimate", theirs), ("Salient Simplify", ours)):
-        print(f"{name}: {errors(original, result)}")
     corners = np.array([corner[:] for corner in original.bound_box])
     low, high = corners.min(axis=0), corners.max(axis=0)
     width = 1.08 * float(high[0] - low[0])
     stand([original, theirs, ours], width, turn)
     light_and_camera(3, width, 1.3 * float(high[2] - low[2]), float(low[2]))
     render(path)
+
+
+def figures() -> None:
+    """Write how far both monkeys lie from what Decimate and this make of them."""
+    rows = []
+    for name, make in (("combed monkey", carved_monkey), ("monkey", lambda: monkey(4))):
+        empty()
+        original = make()
+        label = f"{name}, {len(original.data.polygons):,} triangles"
+        for tool, result in zip(("Decimate", "Salient Simplify"), both(original), strict=True):
+            rows.append([f"{label}: {tool}", *errors(original, result)])
+    head = ["at equal triangles", "triangles", "mean distance", "largest"]
+    title, module = "Beside Blender's Decimate", "docs.blender_pictures"
+    write(FIGURES / "decimate.md", title, module, ABOUT, table(head, rows), models=False)
+
+
+ABOUT = """Distances between the original's surface and the result's, the mean of both ways and the
+largest of either, in thousandths of the diagonal, of samples all over both surfaces."""
 
 
 def fitted(obj: Any) -> Any:
@@ -262,10 +283,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(description="Render the pictures of Blender.")
     parser.add_argument("--model", help="PLY file with y upwards, in place of the carved monkey")
     parser.add_argument("--faces", type=int, help="default: a fiftieth")
+    parser.add_argument("--figures", action="store_true", help="render nothing")
     parser.add_argument("--output", type=Path, help="render the second picture alone, to here")
     chosen = parser.parse_args()
     pictures = ROOT / "docs" / "pictures"
     if chosen.output is None:
+        figures()
+        if chosen.figures:
+            return
         stages(pictures / "blender.png")
     beside_decimate(chosen.output or pictures / "decimate.png", chosen.model, chosen.faces)
 

@@ -1,19 +1,22 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Write the tables of parameters and formats into the README, from those in the code.
+"""Write into README and docs the tables that code and figures hold.
 
-python docs/tables.py
+    python -m docs.tables
+
+Parameters and formats are those of the code, figures those of docs/figures/peers.json.
 """
 
 from __future__ import annotations
 
 from pathlib import Path
 
+from benchmarks.peers import shares, summary
 from meshlab_filter.io.formats import FORMATS, MESHLAB
 from salcore import TABLE, TARGETS, Parameter
 
-README = Path(__file__).parent.parent / "README.md"
-BEGIN, END = "<!-- parameters -->\n", "<!-- end of parameters -->"
-FORMATS_BEGIN, FORMATS_END = "<!-- formats -->\n", "<!-- end of formats -->"
+ROOT = Path(__file__).parent.parent
+FIGURES = ROOT / "docs" / "figures"
+SIDES = {"kept": summary.KEPT, "moved": summary.MOVED, "clouds": summary.CLOUD}
 
 
 def cell(row: Parameter, value: object) -> str:
@@ -54,16 +57,34 @@ def format_table() -> str:
     return "\n".join(lines) + "\n"
 
 
-def with_table(text: str) -> str:
-    """Return the README's text with the present tables between their markers."""
-    for begin, table, end in (
-        (BEGIN, parameter_table(), END),
-        (FORMATS_BEGIN, format_table(), FORMATS_END),
-    ):
+def blocks() -> dict[str, dict[str, str]]:
+    """Return, for each page, its tables by the names in their markers."""
+    peers = shares.blocks_of(shares.read(FIGURES)["rows"])
+    return {
+        "README.md": {
+            "parameters": parameter_table(),
+            "formats": format_table(),
+            "peers": summary.in_short(peers) + "\n",
+        },
+        "docs/evidence.md": {
+            f"{name}{kind}": make(peers, side) + "\n"
+            for name, side in SIDES.items()
+            for kind, make in (("", summary.of_best), (", each", summary.of_each))
+        }
+        | {"more time": summary.efforts(peers) + "\n"},
+    }
+
+
+def with_tables(text: str, tables: dict[str, str]) -> str:
+    """Return a page with the present tables between their markers."""
+    for name, table in tables.items():
+        begin, end = f"<!-- {name} -->\n", f"<!-- end of {name} -->"
         before, rest = text.split(begin)
         text = before + begin + table + end + rest.split(end)[1]
     return text
 
 
 if __name__ == "__main__":
-    README.write_text(with_table(README.read_text(encoding="utf-8")), encoding="utf-8")
+    for name, tables in blocks().items():
+        page = ROOT / name
+        page.write_text(with_tables(page.read_text(encoding="utf-8"), tables), encoding="utf-8")

@@ -30,7 +30,8 @@ def table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
     return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in rows])
 
 
-def write(path: Path, title: str, module: str, *parts: str) -> None:
-    """Write a page that says which module made it, of which build."""
-    how = f"`python -m {module} --models FOLDER` writes this page. {said(build())}"
+def write(path: Path, title: str, module: str, *parts: str, models: bool = True) -> None:
+    """Write a page that says which module made it, of which build; `models`: from a folder."""
+    command = f"python -m {module}" + " --models FOLDER" * models
+    how = f"`{command}` writes this page. {said(build())}"
     path.write_text("\n\n".join([f"# {title}", how, *parts]) + "\n", encoding="utf-8")

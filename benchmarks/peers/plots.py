@@ -17,6 +17,11 @@ mpl.rcParams |= {"svg.fonttype": "none", "svg.hashsalt": "salient", "font.size":
 Row = dict[str, Any]
 
 OURS = "#d62728"
+MORE_TIME = (
+    ("ours, mesh, not refined", "ours, mesh"),
+    ("ours, mesh, not refined", "ours, mesh, optimal placement, not refined"),
+    ("ours, mesh, optimal placement, not refined", "ours, mesh, optimal placement"),
+)
 MARKS = "osD^v<>phX"
 
 
@@ -27,7 +32,7 @@ def style(methods: list[str]) -> dict[str, dict[str, Any]]:
     result, mine, theirs = {}, 0, 0
     for method in methods:
         if method.startswith("ours"):
-            result[method] = {"color": OURS, "marker": "*od"[mine % 3], "lw": 2.2, "ms": 8}
+            result[method] = {"color": OURS, "marker": "*odsv^"[mine % 6], "lw": 2.2, "ms": 8}
             mine += 1
         else:
             result[method] = {
@@ -92,9 +97,11 @@ def error_against_count(rows: list[Row], figures: Path) -> None:
 
 
 def error_against_time(rows: list[Row], figures: Path, ratio: float = 0.1) -> None:
-    """Draw the error of every method over its time, on four models."""
+    """Draw the error of every method over its time, on four models.
+
+    Lines lead from our cuts to what more time makes of them.
+    """
     rows = [row for row in rows if row.get("ratio") == ratio and "seconds" in row]
-    rows = [row for row in rows if not row["method"].endswith("not refined")]
     models = ("bun_zipper", "fandisk", "lion_takanawa_341989", "dragon_vrip")
     looks = style(list(dict.fromkeys(row["method"] for row in rows)))
     figure, axes = plt.subplots(2, 2, figsize=(12, 9.5), layout="constrained")
@@ -106,6 +113,13 @@ def error_against_time(rows: list[Row], figures: Path, ratio: float = 0.1) -> No
             side.plot(
                 max(row["cpu"], 1e-3), row[group]["rms"], label=row["method"], **look, **hollow
             )
+        for before, after in MORE_TIME:
+            ends = [
+                r for m in (before, after) for r in rows if (r["model"], r["method"]) == (model, m)
+            ]
+            places = [(row["cpu"], row["mesh"]["rms"]) for row in ends]
+            if len(places) == 2:
+                side.plot(*zip(*places, strict=True), color=OURS, lw=1.2, zorder=0)
         axis(
             side,
             f"{model}, {ratio:.0%} kept",

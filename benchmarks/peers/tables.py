@@ -3,17 +3,29 @@
 
 from __future__ import annotations
 
-import json
 import math
-from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from benchmarks.common.build import said
 from benchmarks.peers import plots
 from benchmarks.peers.registry import METHODS
-
-Row = dict[str, Any]
+from benchmarks.peers.shares import (
+    EVEN,
+    MESH_FIGURES,
+    MOVED_MESHES,
+    POINTS,
+    SUBSET_MESHES,
+    Blocks,
+    Row,
+    against,
+    best_of,
+    blocks_of,
+    by_column,
+    fair,
+    geometric_mean,
+    ratio_to,
+    read,
+)  # fmt: skip
 
 COLUMNS = (
     ("mesh", "rms"),
@@ -26,25 +38,6 @@ COLUMNS = (
     ("cover", "max"),
     ("cover", "avg"),
 )
-SUBSET_MESHES = ("MeshLab QEM, original vertices", "meshoptimizer")
-MOVED_MESHES = ("MeshLab QEM, optimal placement", "fast-simplification", "Blender Decimate")
-POINTS = (
-    "random",
-    "voxel grid",
-    "farthest point",
-    "Poisson disk",
-    "hierarchy",
-    "k-means with normals",
-    "curvature-weighted clusters",
-    "grid with normals",
-)
-EVEN = ("voxel grid", "farthest point", "Poisson disk")
-MESH_FIGURES = {
-    "rms": ("mesh", "rms"),
-    "at features": ("mesh", "feature"),
-    "largest, both ways": ("mesh", "both"),
-    "smooth normals": ("mesh", "normal"),
-}
 DUELS = (  # title, ours, and for each column its peers and figure
     (
         "Meshes of original vertices, against MeshLab and meshoptimizer",
@@ -70,8 +63,6 @@ DUELS = (  # title, ours, and for each column its peers and figure
         },
     ),
 )
-RATIOS = (0.1, 0.02)  # of the tables; further ones are for the plot
-
 HEAD = """# All methods at equal count
 
 `python -m benchmarks.peers.compare --models FOLDER --blender PYTHON` writes this page, `peers.json`
@@ -98,17 +89,6 @@ column is **bold**; a count more than 2 % from the asked one is _slanted_ and do
 def number(value: float) -> str:
     """Return a length with three digits."""
     return f"{value:.3g}" if value >= 0.1 or value == 0 else f"{value:.4f}"
-
-
-def fair(row: Row) -> bool:
-    """Return whether a row has about the count that was asked for."""
-    return "points" in row and abs(row["points"] - row["asked"]) <= 0.02 * row["asked"]
-
-
-def best_of(rows: list[Row], group: str, key: str) -> float:
-    """Return the least figure of a column."""
-    found = [row[group][key] for row in rows if fair(row) and key in row.get(group, {})]
-    return min(found, default=math.nan)
 
 
 def line(row: Row, best: dict[tuple[str, str], float]) -> str:
@@ -142,14 +122,7 @@ def table(rows: list[Row]) -> str:
     return "\n".join(lines + [line(row, best) for row in rows])
 
 
-def against(rows: list[Row], ours: str, peers: tuple[str, ...], column: tuple[str, str]) -> float:
-    """Return our figure as a share of the best peer's; nan where there is none."""
-    group, key = column
-    mine = best_of([row for row in rows if row["method"] == ours], group, key)
-    return mine / best_of([row for row in rows if row["method"] in peers], group, key)
-
-
-def duels(blocks: dict[tuple[str, float], list[Row]]) -> str:
+def duels(blocks: Blocks) -> str:
     """Return the tables of our figures as shares of the best peer's."""
     parts = [
         "## Ours as a share of the best peer's",
@@ -160,7 +133,7 @@ def duels(blocks: dict[tuple[str, float], list[Row]]) -> str:
 
 
 def duel(
-    blocks: dict[tuple[str, float], list[Row]],
+    blocks: Blocks,
     title: str,
     ours: str,
     columns: dict[str, tuple[tuple[str, ...], tuple[str, str]]],
@@ -191,29 +164,7 @@ def means(shares: list[tuple[bool, list[float]]]) -> list[str]:
     return [f"| **{name}** | | " + " | ".join(cells) + " |" for name, cells in rows.items()]
 
 
-def by_column(table: list[list[float]]) -> list[list[float]]:
-    """Return a table's columns without what is missing."""
-    return [
-        [value for value in column if not math.isnan(value)] for column in zip(*table, strict=True)
-    ]
-
-
-def geometric_mean(shares: Sequence[float]) -> float:
-    """Return the geometric mean; nan of nothing."""
-    return math.exp(sum(map(math.log, shares)) / len(shares)) if shares else math.nan
-
-
-def ratio_to(rows: list[Row], ours: str, peer: str, group: str, key: str) -> float:
-    """Return our figure as a share of one peer's; nan where either is missing or not fair."""
-    found = {row["method"]: row for row in rows if fair(row)}
-    if ours not in found or peer not in found:
-        return math.nan
-    pair = [found[name] if not group else found[name].get(group, {}) for name in (ours, peer)]
-    mine, theirs = (side.get(key, math.nan) for side in pair)
-    return mine / theirs if theirs else math.nan
-
-
-def each_peer(blocks: dict[tuple[str, float], list[Row]]) -> str:
+def each_peer(blocks: Blocks) -> str:
     """Return the table of our figures as shares of each peer's, over all models and ratios."""
     lines = [
         "## Ours as a share of each peer's",
@@ -289,12 +240,9 @@ def series_table(rows: list[Row]) -> str:
 
 def write(figures: Path) -> None:
     """Write the page and the plots."""
-    data = json.loads((figures / "peers.json").read_text())
+    data = read(figures)
     rows = data["rows"]
-    blocks: dict[tuple[str, float], list[Row]] = {}
-    for row in rows:
-        if row.get("ratio") in RATIOS:
-            blocks.setdefault((row["model"], row["ratio"]), []).append(row)
+    blocks = blocks_of(rows)
     order = list(METHODS)
     for block in blocks.values():
         block.sort(key=lambda row: order.index(row["method"]))
