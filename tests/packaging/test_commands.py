@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Every command that README and documentation print runs."""
 
+import importlib.util
 import re
 import shlex
 from pathlib import Path
@@ -66,3 +67,19 @@ def test_a_command_that_is_printed_runs(line, folder, monkeypatch, capsys):
     if arguments[0] == "compare":
         main(["simplify", "statue.ply", "light.ply", "--ratio", "0.5", "--force", "--no-errors"])
     assert main([*arguments, "--force"]) == 0, capsys.readouterr().err
+
+
+def printed(pattern):
+    """Return what a pattern finds on all pages."""
+    texts = [page.read_text(encoding="utf-8") for page in PAGES]
+    return sorted({found for text in texts for found in re.findall(pattern, text)})
+
+
+@pytest.mark.parametrize("module", printed(r"python -m ([\w.]+)"))
+def test_a_module_that_is_printed_is_there(module):
+    assert importlib.util.find_spec(module) is not None
+
+
+@pytest.mark.parametrize("path", printed(r"(?:python|pytest) ((?:\w+/)+[\w.]*)"))
+def test_a_script_or_test_that_is_printed_is_there(path):
+    assert (ROOT / path).exists()
