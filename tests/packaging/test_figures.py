@@ -30,8 +30,8 @@ GIVEN: dict[str, str] = {}
 
 def numbers(text: str) -> set[str]:
     """Return the numbers of a text that have a unit or a decimal point, as they stand there."""
-    text = re.sub(r"(?<=\d)[  ](?=\d{3}\b)", ",", text)
-    return {number.rstrip(",") for number in NUMBER.findall(text)}
+    text = re.sub(r"(?<=\d)[  ](?=\d{3}\b)", "", text)
+    return {number.replace(",", "") for number in NUMBER.findall(text)}
 
 
 def sections(page: Path) -> list[tuple[str, set[str]]]:
@@ -43,7 +43,7 @@ def sections(page: Path) -> list[tuple[str, set[str]]]:
             section = re.sub(pattern, " ", section, flags=re.MULTILINE | re.DOTALL)
         texts = (path.read_text(encoding="utf-8") for path in files)
         measured = (re.findall(r"\d[\d,]*(?:\.\d+)?", text) for text in texts)
-        found.append((section, set().union(*measured)))
+        found.append((section, {figure.replace(",", "") for each in measured for figure in each}))
     return found
 
 
