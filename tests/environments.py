@@ -23,25 +23,19 @@ def with_requirements(names):
     return found
 
 
-def link(python, *names):
-    """Link distributions of this environment, and what they require, into that of a Python.
+def environment_with(folder, *names):
+    """Make a virtual environment with these distributions and what they require, alone.
 
-    They are not installed anew: bpy takes more than a gigabyte.
+    They are linked, not installed anew: bpy takes more than a gigabyte. Return its Python.
     """
+    builder = venv.EnvBuilder(symlinks=os.name != "nt")
+    builder.create(folder)
+    python = builder.ensure_directories(folder).env_exe
     probe = "import sysconfig; print(sysconfig.get_path('purelib'))"
     site = Path(subprocess.check_output([python, "-I", "-c", probe], text=True).strip())
     for name in with_requirements(names):
         distribution = importlib.metadata.distribution(name)
         for top in {file.parts[0] for file in distribution.files} - {"..", "__pycache__"}:
             target = Path(distribution.locate_file(top)).resolve()
-            if not (site / top).exists():
-                (site / top).symlink_to(target, target_is_directory=target.is_dir())
-
-
-def environment_with(folder, *names):
-    """Make a virtual environment with these distributions alone, and return its Python."""
-    builder = venv.EnvBuilder(symlinks=os.name != "nt")
-    builder.create(folder)
-    python = builder.ensure_directories(folder).env_exe
-    link(python, *names)
+            (site / top).symlink_to(target, target_is_directory=target.is_dir())
     return python
