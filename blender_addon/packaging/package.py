@@ -234,10 +234,14 @@ def build(
     with TemporaryDirectory(dir=output, prefix=".package-") as folder:
         work = Path(folder)
         cache = wheels or work / "wheels"
-        stage(work / "source", {p: [fetch(w, cache) for w in WHEELS[p]] for p in platforms})
         (work / "zips").mkdir()
-        options = ("--source-dir", str(work / "source"), "--output-dir", str(work / "zips"))
-        _run((str(builder), "build", *options, "--split-platforms"), "Blender cannot build this")
+        # Each by itself: of several at once, the builder leaves all wheels in each zip's manifest.
+        for name in platforms:
+            stage(work / name, {name: [fetch(wheel, cache) for wheel in WHEELS[name]]})
+            options = ("--source-dir", str(work / name), "--output-dir", str(work / "zips"))
+            _run(
+                (str(builder), "build", *options, "--split-platforms"), "Blender cannot build this"
+            )
         built = sorted((work / "zips").glob("*.zip"))
         for path in built:
             _run((str(builder), "validate", str(path)), f"Blender finds {path.name} invalid")
