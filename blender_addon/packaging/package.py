@@ -5,6 +5,7 @@ Run ``python blender_addon/packaging/package.py``. This folder itself stays outs
 """
 
 import argparse
+import hashlib
 import importlib.util
 import json
 import shutil
@@ -22,51 +23,82 @@ MANIFEST = "blender_manifest.toml"
 
 
 class Wheel(NamedTuple):
-    """One wheel: its library and version, the Python that it is for, and its platform's tag."""
+    """One wheel: its library and version, the Python and platform that it is for, its SHA-256."""
 
     library: str
     version: str
     python: str
     tag: str
+    digest: str
 
 
-PURE = (Wheel("laspy", "2.7.0", "py3", "any"), Wheel("plyfile", "1.1.3", "py3", "any"))
-"""Readers of scans without code of their own for a platform; laspy wants lazrs for LAZ."""
+SCIPY = {"cp311": "1.17.1", "cp313": "1.18.1"}
 LAZRS = "0.8.2"
 OLDEST = "311"
 """Python that wheels for all of them are asked for."""
+
+
+def _scipy(python: str, tag: str, digest: str) -> Wheel:
+    return Wheel("scipy", SCIPY[python], python, tag, digest)
+
+
+def _lazrs(python: str, tag: str, digest: str) -> Wheel:
+    return Wheel("lazrs", LAZRS, python, tag, digest)
+
+
+PURE = (
+    Wheel("laspy", "2.7.0", "py3", "any",
+          "15f5344c62a1023461996bdf5d1ba5fdd813e96694a524fee712931134f3792f"),
+    Wheel("plyfile", "1.1.3", "py3", "any",
+          "581302f07b1c298431dcaa9038bba2ae80f3f7868b29ccb826a07bc4488ff38a"),
+)  # fmt: skip
+"""Readers of scans without code of their own for a platform; laspy wants lazrs for LAZ."""
 
 # What each platform's zip carries. No Blender brings scipy along, all bring numpy. Blender 4.5
 # and 5.0 run Python 3.11, later ones 3.13; 4.5 was the last to run on Macs with Intel processors.
 # Blender picks wheels without a look at the system's version, so each tag is the oldest there is.
 WHEELS = {
     "linux-x64": (
-        Wheel("scipy", "1.17.1", "cp311", "manylinux_2_28_x86_64"),
-        Wheel("scipy", "1.18.1", "cp313", "manylinux_2_28_x86_64"),
-        Wheel("lazrs", LAZRS, "cp311", "manylinux_2_17_x86_64"),
-        Wheel("lazrs", LAZRS, "cp313", "manylinux_2_17_x86_64"),
+        _scipy("cp311", "manylinux_2_28_x86_64",
+               "43af8d1f3bea642559019edfe64e9b11192a8978efbd1539d7bc2aaa23d92de4"),
+        _scipy("cp313", "manylinux_2_28_x86_64",
+               "fdaf5ea890a6183d0565f51a61799d67081bd5b1cf03c5f4b3fd3732108625c9"),
+        _lazrs("cp311", "manylinux_2_17_x86_64",
+               "34d84a4e5874c03b986e7b69b1c972c5dfe023537a1ac4c198e3012f0042bb0a"),
+        _lazrs("cp313", "manylinux_2_17_x86_64",
+               "4b7b5de291b1c6892bda5a3cec6a06ab582ed5bff513066cc3ba947ae1739a87"),
         *PURE,
     ),
     "windows-x64": (
-        Wheel("scipy", "1.17.1", "cp311", "win_amd64"),
-        Wheel("scipy", "1.18.1", "cp313", "win_amd64"),
-        Wheel("lazrs", LAZRS, "cp311", "win_amd64"),
-        Wheel("lazrs", LAZRS, "cp313", "win_amd64"),
+        _scipy("cp311", "win_amd64",
+               "d30e57c72013c2a4fe441c2fcb8e77b14e152ad48b5464858e07e2ad9fbfceff"),
+        _scipy("cp313", "win_amd64",
+               "559ed65f60c1af5a03f3912605a1b5114f522c7c32fb23c3376ae8f03219fe28"),
+        _lazrs("cp311", "win_amd64",
+               "29e49fb839ee82f014495cf79bb43559b64696b3440db878e340b4aab0b53df9"),
+        _lazrs("cp313", "win_amd64",
+               "f76330be981c0385841e3d11428c7808b3527c0e762b6e664b5c446c3477d6bd"),
         *PURE,
     ),
     "macos-arm64": (
-        Wheel("scipy", "1.17.1", "cp311", "macosx_12_0_arm64"),
-        Wheel("scipy", "1.18.1", "cp313", "macosx_12_0_arm64"),
-        Wheel("lazrs", LAZRS, "cp311", "macosx_11_0_arm64"),
-        Wheel("lazrs", LAZRS, "cp313", "macosx_11_0_arm64"),
+        _scipy("cp311", "macosx_12_0_arm64",
+               "e18f12c6b0bc5a592ed23d3f7b891f68fd7f8241d69b7883769eb5d5dfb52696"),
+        _scipy("cp313", "macosx_12_0_arm64",
+               "e6fb6a55cc0ba97b59a1f288fb86dc6fce8bdfc0fffcbfd015e3a954bf2a2d93"),
+        _lazrs("cp311", "macosx_11_0_arm64",
+               "b5029d4a889f0a2eafc76857c37f9bb96dd223addd3e252339b66e88f9a0178f"),
+        _lazrs("cp313", "macosx_11_0_arm64",
+               "014805e852a1dfd7d53d55561fb6c331ba59aacfc9a4832b4d9f936c8552753a"),
         *PURE,
     ),
     "macos-x64": (
-        Wheel("scipy", "1.17.1", "cp311", "macosx_10_14_x86_64"),
-        Wheel("lazrs", LAZRS, "cp311", "macosx_10_12_x86_64"),
+        _scipy("cp311", "macosx_10_14_x86_64",
+               "1f95b894f13729334fb990162e911c9e5dc1ab390c58aa6cbecb389c5b5e28ec"),
+        _lazrs("cp311", "macosx_10_12_x86_64",
+               "ddeea17cd291fbf5e6a18e24440d25a7389d5a4cc3930466421a688464f5f188"),
         *PURE,
     ),
-}
+}  # fmt: skip
 
 
 class PackageError(RuntimeError):
@@ -118,9 +150,9 @@ def fetch(wheel: Wheel, folder: Path) -> Path:
     Raises
     ------
     PackageError
-        If there is no such wheel.
+        If there is no such wheel, or it is not the one whose checksum stands in the table.
     """
-    library, version, python, tag = wheel
+    library, version, python, tag, digest = wheel
     number = OLDEST if python == "py3" else python.removeprefix("cp")
     pattern = f"{library}-{version}-{python}-*{tag}*.whl"
 
@@ -140,7 +172,10 @@ def fetch(wheel: Wheel, folder: Path) -> Path:
         _run(command, failure)
         if not present():
             raise PackageError(f"{failure}: pip chose another one")
-    return present()[0]
+    path = present()[0]
+    if hashlib.sha256(path.read_bytes()).hexdigest() != digest:
+        raise PackageError(f"{path} has another checksum than the wheel that was tested; remove it")
+    return path
 
 
 def find_builder() -> Path:
@@ -199,10 +234,14 @@ def build(
     with TemporaryDirectory(dir=output, prefix=".package-") as folder:
         work = Path(folder)
         cache = wheels or work / "wheels"
-        stage(work / "source", {p: [fetch(w, cache) for w in WHEELS[p]] for p in platforms})
         (work / "zips").mkdir()
-        options = ("--source-dir", str(work / "source"), "--output-dir", str(work / "zips"))
-        _run((str(builder), "build", *options, "--split-platforms"), "Blender cannot build this")
+        # Each by itself: of several at once, the builder leaves all wheels in each zip's manifest.
+        for name in platforms:
+            stage(work / name, {name: [fetch(wheel, cache) for wheel in WHEELS[name]]})
+            options = ("--source-dir", str(work / name), "--output-dir", str(work / "zips"))
+            _run(
+                (str(builder), "build", *options, "--split-platforms"), "Blender cannot build this"
+            )
         built = sorted((work / "zips").glob("*.zip"))
         for path in built:
             _run((str(builder), "validate", str(path)), f"Blender finds {path.name} invalid")

@@ -15,7 +15,7 @@ from ..io.documents import LayerDocument
 from ..io.formats import reader
 from ..io.staging import write_text
 from ..parameters import Callback
-from .picture import Panel, save_picture
+from .picture import Panel, check_picture, save_picture
 
 SCANS = {"bunny": "bunny10k_textured.obj", "face": "rangemaps/face000.ply"}
 """A mesh of the Stanford Bunny and a raw range map of a face."""
@@ -72,6 +72,8 @@ def run(folder: Path, progress: Callback | None = None) -> dict[str, Any]:
     For each scan: `NAME_saliency.ply`, `NAME_regions.ply` and `NAME_simplified.ply`; for both
     `demo.png` and `report.json`. Existing files of these names are overwritten.
     """
+    picture = folder / "demo.png"
+    check_picture(picture)
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except (FileExistsError, NotADirectoryError) as error:
@@ -93,6 +95,6 @@ def run(folder: Path, progress: Callback | None = None) -> dict[str, Any]:
         scan.write_simplified(
             result, simplified, normals=analysis.normals, with_faces=False, force=True
         )
-    save_picture(folder / "demo.png", rows)
+    save_picture(picture, rows)
     write_text(folder / "report.json", json.dumps(reports, indent=2))
     return reports

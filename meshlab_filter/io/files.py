@@ -183,14 +183,14 @@ def _check_name(path: Path) -> None:
 
 
 def check_format(path: Path) -> None:
-    """Refuse an output in a format that is not written; called before any work is done.
+    """Refuse an output that cannot be written in its format; called before any work is done.
 
     Raises
     ------
     FileError
     """
     ending = path.suffix.lower()
-    if ending == PROJECT or formats.writer(path) is not None:
+    if ending == PROJECT or formats.check_writer(path):
         return
     if not ending:
         raise FileError(f"{path}: the name has no ending; choose a format such as .ply or .obj")

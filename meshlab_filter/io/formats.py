@@ -64,6 +64,8 @@ FORMATS = (
 READERS = {e: f.read for f in FORMATS for e in f.endings if f.read not in (MESHLAB, None)}
 WRITERS = {e: f.write for f in FORMATS for e in f.endings if f.write not in (MESHLAB, None)}
 """Modules of this package by the ending of a file."""
+_LIBRARIES = {"las": "laspy", "pcd": "pypcd4"}
+"""What modules need that write formats of the extra `scans`."""
 TEXT = tuple(e for f in FORMATS for e in f.endings if f.read == "text")
 MESHES = (".ply", ".obj", ".glb", ".gltf")
 """Endings of meshes that MeshLab reads as well, with their textures as it wants to have them."""
@@ -103,13 +105,27 @@ def writer(path: Path) -> ModuleType | None:
     return _module(WRITERS, path)
 
 
+def check_writer(path: Path) -> bool:
+    """Return whether a module of this package writes a file, with all that it needs.
+
+    Raises
+    ------
+    FileError
+        If a library that it needs is not installed.
+    """
+    name = WRITERS.get(path.suffix.lower())
+    if name in _LIBRARIES:
+        required(_LIBRARIES[name], path)
+    return name is not None
+
+
 def _module(table: Mapping[str, str | None], path: Path) -> ModuleType | None:
     name = table.get(path.suffix.lower())
     return None if name is None else importlib.import_module(f".{name}", __package__)
 
 
 def required(library: str, path: Path) -> ModuleType:
-    """Import a library that reads scans.
+    """Import a library that reads or writes scans.
 
     Raises
     ------

@@ -17,7 +17,8 @@ import meshlab_filter
 import salcore
 
 DOCS = Path(__file__).parents[2] / "docs"
-PAGES = [DOCS.parent / "README.md", *sorted(DOCS.glob("tasks/*.md"))]
+ROOT = DOCS.parent
+PAGES = [ROOT / "README.md", ROOT / "PACKAGE.md", *sorted(DOCS.glob("tasks/*.md"))]
 MODULES = [module.name for module in pkgutil.walk_packages(salcore.__path__, "salcore.")]
 
 

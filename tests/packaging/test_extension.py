@@ -4,23 +4,21 @@
 import base64
 import csv
 import hashlib
-import importlib.metadata
 import importlib.util
 import io
 import json
 import os
 import platform
 import re
-import runpy
 import subprocess
 import sys
 import tomllib
-import venv
 import zipfile
 from pathlib import Path
 
 import pytest
-from packaging.requirements import Requirement
+from environments import environment_with
+from packaging.utils import parse_wheel_filename
 
 import salcore
 
@@ -32,6 +30,13 @@ MANIFEST = tomllib.loads((ADDON / "blender_manifest.toml").read_text(encoding="u
 spec = importlib.util.spec_from_file_location("package", SCRIPT)
 package = importlib.util.module_from_spec(spec)
 spec.loader.exec_module(package)
+
+ALL_WHEELS = list(dict.fromkeys(each for several in package.WHEELS.values() for each in several))
+PYTHONS = [
+    (name, python)
+    for name, several in package.WHEELS.items()
+    for python in sorted({wheel.python for wheel in several} - {"py3"})
+]
 
 PYTHON = "{}.{}".format(*sys.version_info)
 HOST = "{}-{}".format(
@@ -69,15 +74,16 @@ def wheels(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def built(tmp_path_factory, wheels):
-    """The zip for this machine, built as a newcomer would."""
+def zips(tmp_path_factory, wheels):
+    """The zips for all platforms by their names, built as a newcomer would."""
     output = tmp_path_factory.mktemp("dist")
-    options = ("--platform", HOST, "--wheels", wheels, "--output", output)
-    status, said, errors = run(SCRIPT, *options)
+    status, said, errors = run(SCRIPT, "--wheels", wheels, "--output", output)
     assert (status, errors) == (0, "")
-    (path,) = output.iterdir()
-    assert said == f"{path} {path.stat().st_size / 1e6:.1f} MB\n"
-    return path
+    paths = sorted(output.iterdir())
+    assert said == "".join(f"{path} {path.stat().st_size / 1e6:.1f} MB\n" for path in paths)
+    names = [path.stem.rpartition("-")[2].replace("_", "-") for path in paths]
+    assert sorted(names) == sorted(package.WHEELS)
+    return dict(zip(names, paths, strict=True))
 
 
 def test_version_and_licence_are_the_cores():
@@ -87,10 +93,27 @@ def test_version_and_licence_are_the_cores():
 
 
 @needs_bpy
-def test_tags_are_blenders():
-    scripts = package.find_builder().parents[3]
-    known = runpy.run_path(str(scripts / "modules/_bpy_internal/extensions/tags.py"))["addons"]
-    assert set(MANIFEST["tags"]) <= known
+def test_blender_finds_the_extension_valid(tmp_path):
+    package.stage(tmp_path)
+    builder = package.find_builder()
+    tags = builder.parents[3] / "modules/_bpy_internal/extensions/tags.py"
+    status, said, errors = run(builder, "validate", tmp_path, "--valid-tags", tags)
+    assert (status, errors) == (0, ""), said
+
+
+def test_what_the_extension_site_shows_is_there():
+    """All that its manifest may say but the website: there is no public address."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert MANIFEST.keys() == {
+        "schema_version", "id", "version", "name", "tagline", "maintainer", "type", "tags",
+        "blender_version_min", "license", "copyright", "permissions",
+    }  # fmt: skip
+    assert "urls" not in project, "the extension's manifest can name the website, too"
+    assert [{"name": MANIFEST["maintainer"]}] == project["maintainers"]
+    for sentence in (MANIFEST["tagline"], *MANIFEST["permissions"].values()):
+        assert len(sentence) <= 64
+        assert sentence[-1].isalnum()
+    assert MANIFEST["permissions"].keys() == {"files"}
 
 
 def test_every_platform_has_all_libraries_for_all_its_pythons():
@@ -114,29 +137,46 @@ def test_files_that_need_a_library_find_it_among_the_wheels():
     assert wanted == bundled - {"scipy"}
 
 
+def test_every_wheel_is_pinned():
+    digests = {wheel.digest for wheel in ALL_WHEELS}
+    assert len(digests) == len(ALL_WHEELS)
+    assert all(re.fullmatch("[0-9a-f]{64}", digest) for digest in digests)
+
+
+def test_another_wheel_than_the_tested_one_is_refused(tmp_path):
+    wheel = package.PURE[0]
+    path = tmp_path / f"{wheel.library}-{wheel.version}-py3-none-any.whl"
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("laspy/__init__.py", "")
+    with pytest.raises(package.PackageError, match="another checksum than the wheel that was test"):
+        package.fetch(wheel, tmp_path)
+
+
 @pytest.mark.network
-@pytest.mark.parametrize(
-    ("name", "wheel"),
-    [(name, wheel) for name, several in package.WHEELS.items() for wheel in several],
-)
-def test_every_wheel_is_to_be_had(name, wheel, tmp_path):
+@pytest.mark.parametrize(("name", "python"), PYTHONS)
+def test_the_index_knows_the_checksums(name, python, tmp_path):
+    wanted = [wheel for wheel in package.WHEELS[name] if wheel.python in (python, "py3")]
+    tags = sorted({wheel.tag for wheel in wanted} - {"any"})
     command = (
-        *("-m", "pip", "install", "--quiet", "--dry-run", "--report", "-", "--target", tmp_path),
+        *("-m", "pip", "--disable-pip-version-check", "install", "--quiet", "--dry-run"),
         # Older versions of pip compare what scipy requires with the Python that runs them.
-        *("--no-deps", "--only-binary=:all:", "--ignore-requires-python"),
-        *("--platform", wheel.tag, "--python-version", wheel.python[2:].ljust(3, "1")),
-        f"{wheel.library}=={wheel.version}",
+        *("--no-deps", "--only-binary=:all:", "--ignore-requires-python", "--report", "-"),
+        *("--target", tmp_path, "--python-version", python.removeprefix("cp")),
+        *(option for tag in tags for option in ("--platform", tag)),
+        *(f"{wheel.library}=={wheel.version}" for wheel in wanted),
     )
     status, said, errors = run(*command)
     assert status == 0, errors
-    (found,) = json.loads(said)["install"]
-    assert found["download_info"]["url"].endswith(".whl")
-    assert wheel.tag in found["download_info"]["url"].rpartition("-")[2]
+    found = {
+        each["metadata"]["name"]: each["download_info"]["archive_info"]["hashes"]["sha256"]
+        for each in json.loads(said)["install"]
+    }
+    assert found == {wheel.library: wheel.digest for wheel in wanted}
 
 
 @pytest.mark.network
 def test_a_missing_wheel_is_one_clear_error(tmp_path):
-    absent = package.Wheel("scipy", "1.18.1", "cp313", "macosx_10_14_x86_64")
+    absent = package.Wheel("scipy", "1.18.1", "cp313", "macosx_10_14_x86_64", "")
     expected = r"no wheel of scipy 1\.18\.1 for cp313 and macosx_10_14_x86_64: ERROR: [^\n]+$"
     with pytest.raises(package.PackageError, match=expected):
         package.fetch(absent, tmp_path)
@@ -144,7 +184,7 @@ def test_a_missing_wheel_is_one_clear_error(tmp_path):
 
 @pytest.mark.network
 @needs_bpy
-def test_a_broken_extension_leaves_no_zip(tmp_path, built, wheels):
+def test_a_broken_extension_leaves_no_zip(tmp_path, zips, wheels):
     refusing = tmp_path / "refusing.py"
     refusing.write_text("import sys\nsys.exit('FATAL_ERROR: no')\n")
     options = ("--platform", HOST, "--wheels", wheels, "--output", tmp_path / "dist")
@@ -164,86 +204,79 @@ def test_staging_without_wheels(tmp_path):
 
 @pytest.mark.network
 @needs_bpy
-def test_the_zip_holds_what_it_should_and_no_more(built, wheels):
-    assert built.stat().st_size <= 80e6
+@pytest.mark.parametrize("name", package.WHEELS)
+def test_a_zip_holds_what_it_should_and_no_more(name, zips, wheels):
+    assert zips[name].stat().st_size <= 80e6  # the extension site takes 200
+    chosen = {package.fetch(wheel, wheels).name for wheel in package.WHEELS[name]}
     expected = {
         **{name: data for name, data in files(ADDON).items() if not name.startswith("packaging/")},
         **{f"salcore/{name}": data for name, data in files(ROOT / "salcore").items()},
-        **{f"wheels/{name}": data for name, data in files(wheels).items()},
+        **{f"wheels/{name}": (wheels / name).read_bytes() for name in chosen},
         "LICENSE": (ROOT / "LICENSE").read_bytes(),
     }
-    with zipfile.ZipFile(built) as archive:
-        held = {name: archive.read(name) for name in archive.namelist()}
+    with zipfile.ZipFile(zips[name]) as archive:
+        assert archive.testzip() is None
+        held = {each: archive.read(each) for each in archive.namelist()}
     assert sorted(held) == sorted(expected)
     manifest = tomllib.loads(held.pop("blender_manifest.toml").decode())
-    # The wheels among them: byte for byte what pip downloaded.
-    assert [name for name, data in held.items() if data != expected[name]] == []
+    # The wheels among them: byte for byte what pip downloaded, and what the table's digests are of.
+    assert [each for each, data in held.items() if data != expected[each]] == []
 
-    bundled = {f"./{name}" for name in held if name.endswith(".whl")}
-    assert len(bundled) == len(package.WHEELS[HOST])
-    libraries = {name.removeprefix("./wheels/").partition("-")[0] for name in bundled}
-    assert libraries == {"scipy", "laspy", "lazrs", "plyfile"}
-    assert manifest["platforms"] == manifest["build"]["generated"]["platforms"] == [HOST]
-    assert set(manifest["wheels"]) == set(manifest["build"]["generated"]["wheels"]) == bundled
-
-
-@pytest.mark.network
-@needs_bpy
-def test_bundled_wheels_agree_with_their_records(built):
-    with zipfile.ZipFile(built) as archive:
-        bundled = [archive.read(name) for name in archive.namelist() if name.endswith(".whl")]
-    for data in bundled:
-        with zipfile.ZipFile(io.BytesIO(data)) as wheel:
-            (record,) = (name for name in wheel.namelist() if name.endswith(".dist-info/RECORD"))
-            rows = list(csv.reader(io.StringIO(wheel.read(record).decode())))
-            assert {row[0] for row in rows} == {n for n in wheel.namelist() if n[-1] != "/"}
-            for name, digest, size in rows:
-                if name != record:
-                    content = wheel.read(name)
-                    value = base64.urlsafe_b64encode(hashlib.sha256(content).digest())
-                    assert digest == f"sha256={value.decode().rstrip('=')}", name
-                    assert int(size) == len(content), name
+    listed = {f"./wheels/{each}" for each in chosen}
+    assert len(listed) == len(package.WHEELS[name])
+    assert set(manifest["wheels"]) == set(manifest["build"]["generated"]["wheels"]) == listed
+    assert manifest["platforms"] == manifest["build"]["generated"]["platforms"] == [name]
+    assert {key: manifest[key] for key in MANIFEST} == MANIFEST
 
 
-def with_requirements(name):
-    """A distribution of this environment and all that it requires, by name."""
-    found, waiting = set(), [name]
-    while waiting:
-        if (name := waiting.pop()) not in found:
-            found.add(name)
-            required = map(Requirement, importlib.metadata.requires(name) or ())
-            waiting += [
-                r.name for r in required if not r.marker or r.marker.evaluate({"extra": ""})
-            ]
-    return found
-
-
-def environment_with_bpy_alone(folder):
-    """Make a virtual environment with this environment's bpy and what bpy requires.
-
-    They are linked, not installed anew: bpy takes more than a gigabyte.
-    """
-    builder = venv.EnvBuilder(symlinks=os.name != "nt")
-    builder.create(folder)
-    python = builder.ensure_directories(folder).env_exe
-    probe = "import sysconfig; print(sysconfig.get_path('purelib'))"
-    site = Path(subprocess.check_output([python, "-I", "-c", probe], text=True).strip())
-    for name in with_requirements("bpy"):
-        distribution = importlib.metadata.distribution(name)
-        for top in {file.parts[0] for file in distribution.files} - {"..", "__pycache__"}:
-            target = Path(distribution.locate_file(top)).resolve()
-            (site / top).symlink_to(target, target_is_directory=target.is_dir())
-    return python
+SYSTEMS = {
+    "linux-x64": r"manylinux_2_(17|27|28)_x86_64|manylinux2014_x86_64",  # Blender wants 2.28
+    "windows-x64": "win_amd64",
+    "macos-arm64": r"macosx_1[12]_0_arm64",
+    "macos-x64": r"macosx_10_1[24]_x86_64",
+}
+"""Tags of what runs where this platform's Blender does."""
 
 
 @pytest.mark.network
 @needs_bpy
-def test_install_simplify_uninstall(built, tmp_path):
-    python = environment_with_bpy_alone(tmp_path / "environment")
+@pytest.mark.parametrize("name", package.WHEELS)
+def test_the_tags_of_a_zips_wheels_are_its_platforms(name, zips):
+    with zipfile.ZipFile(zips[name]) as archive:
+        bundled = [Path(each).name for each in archive.namelist() if each.endswith(".whl")]
+    pythons = {}
+    for library, _, _, tags in map(parse_wheel_filename, bundled):
+        for tag in tags:
+            assert tag.platform == "any" or re.fullmatch(SYSTEMS[name], tag.platform), tag
+            pythons.setdefault(str(library), set()).add(tag.interpreter)
+    several = {"cp311"} if name == "macos-x64" else {"cp311", "cp313"}
+    assert pythons == {"scipy": several, "lazrs": several, "laspy": {"py3"}, "plyfile": {"py3"}}
+
+
+@pytest.mark.network
+@needs_bpy
+@pytest.mark.parametrize("wheel", ALL_WHEELS, ids=lambda w: f"{w.library}-{w.python}-{w.tag}")
+def test_a_bundled_wheel_agrees_with_its_record(wheel, zips, wheels):
+    with zipfile.ZipFile(package.fetch(wheel, wheels)) as archive:
+        (record,) = (name for name in archive.namelist() if name.endswith(".dist-info/RECORD"))
+        rows = list(csv.reader(io.StringIO(archive.read(record).decode())))
+        assert {row[0] for row in rows} == {n for n in archive.namelist() if n[-1] != "/"}
+        for name, digest, size in rows:
+            if name != record:
+                content = archive.read(name)
+                value = base64.urlsafe_b64encode(hashlib.sha256(content).digest())
+                assert digest == f"sha256={value.decode().rstrip('=')}", name
+                assert int(size) == len(content), name
+
+
+@pytest.mark.network
+@needs_bpy
+def test_install_simplify_uninstall(zips, tmp_path):
+    python = environment_with(tmp_path / "environment", "bpy")
     user = tmp_path / "user"
     user.mkdir()
     done = subprocess.run(
-        [python, "-I", Path(__file__).with_name("installed_extension.py"), built],
+        [python, "-I", Path(__file__).with_name("installed_extension.py"), zips[HOST]],
         env={**os.environ, "BLENDER_USER_RESOURCES": str(user)},
         capture_output=True,
         text=True,
