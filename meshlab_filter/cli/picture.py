@@ -13,10 +13,13 @@ from scipy.spatial import cKDTree
 
 from ..errors import FileError
 from ..io.staging import write
+from .raster import visible
 
 Floats = NDArray[np.float64]
 
 GREY = np.array([0.72, 0.72, 0.7])
+FINER = 2
+"""Rows and columns that make one of the picture's, so that outlines are smooth."""
 LIGHT = np.array([0.35, 0.45, 0.82])
 FORWARD = {"y": np.eye(3), "z": np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])}
 """Rotations of the upward axis to the picture's y; the viewer looks along -z."""
@@ -36,6 +39,8 @@ class Panel:
     colors : (n, 3) float64 in [0, 1], or None for grey
     shown : (k,) int or None
         Draw these points alone, as dots, where no others hide them.
+    edges : bool
+        Draw the edges of the faces as well.
     """
 
     title: str
@@ -44,6 +49,7 @@ class Panel:
     normals: Floats
     colors: Floats | None = None
     shown: NDArray[Any] | None = None
+    edges: bool = False
 
 
 def check_picture(path: Path) -> None:
@@ -79,7 +85,7 @@ def save_picture(path: Path, rows: list[list[Panel]], *, up: str = "y") -> None:
     columns = max(map(len, rows))
     shape = [_extent(row[0].points @ FORWARD[up].T) for row in rows]
     heights = [min(4.8 * height / width, 9.0) for width, height in shape]
-    figure = Figure(figsize=(5.0 * columns, sum(heights) + 0.5 * len(rows)), dpi=140)
+    figure = Figure(figsize=(5.0 * columns, sum(heights) + 0.5 * len(rows)), dpi=110)
     grid = figure.subplots(
         len(rows), columns, squeeze=False, gridspec_kw={"height_ratios": heights}
     )
@@ -112,26 +118,69 @@ def _draw(axis: Any, panel: Panel, rotation: Floats) -> None:
         visible = panel.shown[_visible(points)[panel.shown]]
         _draw_points(axis, points[visible], colors[visible], 0.2 * _dot_size(axis, points[visible]))
     elif panel.faces is not None and len(panel.faces):
-        _draw_faces(axis, points, panel.faces, colors)
+        _draw_faces(axis, points, panel.faces, colors, panel.edges)
     else:
         _draw_points(axis, points, colors * _shade(np.abs(normals)), _dot_size(axis, points))
 
 
-def _draw_faces(axis: Any, points: Floats, faces: NDArray[Any], colors: Floats) -> None:
-    """Draw the faces turned to the viewer."""
-    from matplotlib.collections import PolyCollection
+def _draw_faces(
+    axis: Any, points: Floats, faces: NDArray[Any], colors: Floats, edges: bool
+) -> None:
+    """Draw the faces that no others hide, each in the light of its own normal."""
+    left, right, bottom, top = *axis.get_xlim(), *axis.get_ylim()
+    figure = axis.figure
+    width = axis.get_position().width * figure.get_figwidth() * figure.dpi
+    scale = FINER * width / (right - left)
+    shape = (max(round(scale * (top - bottom)), 1), max(round(scale * (right - left)), 1))
+    screen = (points - [left, bottom, 0.0]) * scale
+    image = shaded(screen, faces, colors, shape, edges=edges)
+    rows, columns = (FINER * (size // FINER) for size in shape)
+    image = image[:rows, :columns].reshape(rows // FINER, FINER, columns // FINER, FINER, 3)
+    axis.imshow(
+        image.mean(axis=(1, 3)),
+        extent=(left, left + columns / scale, bottom, bottom + rows / scale),
+        origin="lower",
+    )
+    axis.set(xlim=(left, right), ylim=(bottom, top))
 
+
+def shaded(
+    points: Floats,
+    faces: NDArray[Any],
+    colors: Floats,
+    shape: tuple[int, int],
+    *,
+    edges: bool = False,
+) -> Floats:
+    """Return the picture (rows, columns, 3) of faces on white, seen along the third axis.
+
+    Parameters
+    ----------
+    points : (n, 3) float64
+        Column, row (upwards) and nearness, in pixels.
+    faces : (m, 3) int
+    colors : (n, 3) float64 in [0, 1]
+    shape : (int, int)
+        Rows and columns.
+    edges : bool
+        Draw the edges of the faces as well.
+    """
     corners = points[faces]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    front = normals[:, 2] > 0.0
-    order = np.flatnonzero(front)[np.argsort(corners[front][:, :, 2].mean(axis=1))]
-    length = np.linalg.norm(normals[order], axis=1, keepdims=True)
-    shade = _shade(normals[order] / np.maximum(length, 1e-300))
-    paint = np.clip(colors[faces[order]].mean(axis=1) * shade, 0.0, 1.0)
-    # Edges in the colour of their faces close the hairlines between these.
-    axis.add_collection(
-        PolyCollection(corners[order][:, :, :2], facecolors=paint, edgecolors=paint, linewidths=0.2)
-    )
+    length = np.linalg.norm(normals, axis=1, keepdims=True)
+    # Both sides of a face are lit: an open scan is seen from behind as well.
+    light = _shade(normals / np.maximum(length, 1e-300) * np.where(normals[:, 2:] < 0, -1.0, 1.0))
+    seen, weights = visible(points, faces, shape)
+    inside = seen >= 0
+    face, weight = seen[inside], weights[inside]
+    paint = np.einsum("nk,nkd->nd", weight, colors[faces[face]]) * light[face]
+    if edges:
+        sides = np.linalg.norm(np.roll(corners, 1, 1) - np.roll(corners, -1, 1), axis=2)
+        height = length / np.maximum(sides, 1e-300)
+        paint *= 0.55 + 0.45 * np.clip((weight * height[face]).min(axis=1) - 0.5, 0, 1)[:, None]
+    image = np.ones((*shape, 3))
+    image[inside] = np.clip(paint, 0.0, 1.0)
+    return image
 
 
 def _draw_points(axis: Any, points: Floats, colors: Floats, size: float) -> None:
