@@ -22,7 +22,7 @@ NOT_PROSE = (
     r"`[^`\n]*`",  # names
     r"\]\([^)]*\)",  # where links lead
     r"\((?:\d\.\d+[, )]*(?:to |and )?)+|§\d\.\d",  # the paper's equations and sections
-    r"<!-- (\w+) -->.*?<!-- end of \1 -->",  # tables that the code writes
+    r"<!-- ([\w, ]+) -->.*?<!-- end of \1 -->",  # tables that the code writes
 )
 GIVEN = {
     "README.md": "0.5 2 5 10 4.0 3.0 3.11 31 4 4.5 5.2",
