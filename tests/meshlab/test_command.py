@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The command as a person runs it: real files, real processes."""
+"""The command as a person runs it: real files, and real processes where these matter."""
 
+import contextlib
+import io
 import json
 import os
 import signal
@@ -8,21 +10,36 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pymeshlab
 import pytest
 from models import model_path
+from plyfile import PlyData, PlyElement
 from shapes import bumpy, torus
 
 import salcore
 from meshlab_filter.cli import demo
+from meshlab_filter.cli.command import main
 
 COMMAND = [sys.executable, "-m", "meshlab_filter"]
 
 
 def run(*arguments, status=0):
-    """Run the command and return what it printed; no user ever sees a traceback."""
+    """Run the command in this process, which saves starting one, and return what it printed."""
+    out, err = io.StringIO(), io.StringIO()
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        try:
+            found = main([str(argument) for argument in arguments])
+        except SystemExit as end:  # what the parser says
+            found = end.code or 0
+    assert found == status, err.getvalue()
+    return SimpleNamespace(stdout=out.getvalue(), stderr=err.getvalue())
+
+
+def run_process(*arguments, status=0):
+    """Run the command as a shell does; no user ever sees a traceback."""
     done = subprocess.run(
         [*COMMAND, *map(str, arguments)], capture_output=True, text=True, check=False
     )
@@ -54,7 +71,7 @@ def scan(tmp_path):
 
 def test_simplify(scan, tmp_path):
     output, report = tmp_path / "leicht.ply", tmp_path / "figures.json"
-    done = run("simplify", scan, output, "--alpha", 30, "--report", report)
+    done = run_process("simplify", scan, output, "--alpha", 30, "--report", report)
     source, light = load(scan), load(output)
     kept = salcore.simplify(source.vertex_matrix(), alpha=30).indices
     assert light.vertex_matrix() == pytest.approx(source.vertex_matrix()[kept])
@@ -116,7 +133,7 @@ def test_formats(scan, tmp_path, ending):
 def test_saliency_and_regions_with_pictures(scan, tmp_path):
     for what in ("saliency", "regions"):
         output, picture = tmp_path / f"{what}.ply", tmp_path / f"{what}.png"
-        run(what, scan, output, "--picture", picture, "--up", "z")
+        run_process(what, scan, output, "--picture", picture, "--up", "z")
         assert picture.read_bytes()[:4] == b"\x89PNG"
         mesh = load(output)
         expected = getattr(salcore.analyze(load(scan).vertex_matrix()), what)
@@ -162,17 +179,22 @@ def test_nothing_is_overwritten_without_force(scan, tmp_path):
         (["wonder"], "invalid choice: 'wonder'"),
     ],
 )
-def test_mistakes_are_one_line_and_status_2(scan, tmp_path, arguments, message):
+def test_mistakes_are_one_line_and_status_2(scan, tmp_path, monkeypatch, arguments, message):
     (tmp_path / "text.ply").write_text("this is no mesh")
     before = sorted(p.name for p in tmp_path.iterdir())
-    arguments = [str(scan) if a == "IN" else a for a in arguments]
-    done = subprocess.run(
-        [*COMMAND, *arguments], cwd=tmp_path, capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 2
-    assert message in done.stderr
-    assert "Traceback" not in done.stderr
+    monkeypatch.chdir(tmp_path)
+    said = run(*(scan if a == "IN" else a for a in arguments), status=2).stderr
+    assert message in said
+    assert sum("error: " in line for line in said.splitlines()) == 1
     assert sorted(p.name for p in tmp_path.iterdir()) == before
+
+
+def test_mistakes_of_a_process_are_one_line_and_status_2(scan, tmp_path):
+    done = run_process("simplify", scan, tmp_path / "o.ply", "--alpha", 1, "--layer", "x", status=2)
+    assert "layer 'x': there is none" in done.stderr
+    assert len(done.stderr.splitlines()) == 1
+    assert "invalid choice: 'wonder'" in run_process("wonder", status=2).stderr
+    assert [p.name for p in tmp_path.iterdir()] == [scan.name]
 
 
 @pytest.fixture
@@ -211,9 +233,12 @@ def test_projects_are_not_overwritten(project):
 
 
 def test_invalid_points_that_the_reader_drops_are_told(tmp_path):
-    path = model_path("nasty/kinect_nan.ply")
-    done = run("simplify", path, tmp_path / "o.ply", "--alpha", 90)
-    assert "65793 of 307200 points have no valid coordinates" in done.stderr
+    source = PlyData.read(model_path("nasty/kinect_nan.ply"))["vertex"].data[::16].copy()
+    PlyData([PlyElement.describe(source, "vertex")]).write(tmp_path / "i.ply")
+    invalid = np.count_nonzero(~np.isfinite([source[axis] for axis in "xyz"]).all(axis=0))
+    assert invalid > 1000
+    done = run("simplify", tmp_path / "i.ply", tmp_path / "o.ply", "--alpha", 90)
+    assert f"{invalid} of {len(source)} points have no valid coordinates" in done.stderr
 
 
 def test_ctrl_c_leaves_nothing(tmp_path):
@@ -262,8 +287,9 @@ def test_demo(tmp_path):
 
 
 def test_the_two_ways_to_call_it():
+    assert run_process("--version").stdout.split() == ["salient-simplify", salcore.__version__]
     assert run("--version").stdout.split() == ["salient-simplify", salcore.__version__]
-    assert "simplify" in run("--help").stdout
+    assert "simplify" in run_process("--help").stdout
 
 
 def test_help_fits_on_a_screen_and_help_all_names_everything():

@@ -11,7 +11,7 @@ import scenes
 
 def bumps():
     """Return a flat sheet with two bumps, the second one half as high."""
-    bpy.ops.mesh.primitive_grid_add(x_subdivisions=80, y_subdivisions=80, size=4)
+    bpy.ops.mesh.primitive_grid_add(x_subdivisions=40, y_subdivisions=40, size=4)
     obj = bpy.context.active_object
     places = scenes.positions(obj).copy()
     for centre, height in ((-1.0, 0.5), (1.0, 0.25)):

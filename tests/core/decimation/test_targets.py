@@ -5,7 +5,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from models import load_model
+from models import load_crop
 from shapes import box, bumpy, grid, hull_mesh, sphere_cloud, torus
 
 import salcore
@@ -45,18 +45,18 @@ def test_mistakes(target, message):
 
 
 @pytest.mark.parametrize("name", ["fandisk.obj", "nasty/non_manif_hole.ply"])
-@pytest.mark.parametrize("bound", [0.0, 0.0005, 0.005])
-def test_the_largest_error_is_honoured(name, bound):
-    points, faces = load_model(name)
+def test_the_largest_error_is_honoured(name):
+    points, faces = load_crop(name, 2_500)
     analysis = salcore.analyze(points, faces)
-    result = analysis.simplify(max_error=bound)
-    errors = result.report.errors
-    assert errors.surface.max <= bound * errors.diagonal
-    if bound > 0.001:
-        assert len(result.indices) < 0.9 * len(points)
     length = dataclasses.replace(analysis.parameters, error_unit="length")
     same = dataclasses.replace(analysis, parameters=length)
-    assert (same.simplify(max_error=bound * errors.diagonal).indices == result.indices).all()
+    for bound in (0.0, 0.0005, 0.005):
+        result = analysis.simplify(max_error=bound)
+        errors = result.report.errors
+        assert errors.surface.max <= bound * errors.diagonal
+        if bound > 0.001:
+            assert len(result.indices) < 0.9 * len(points)
+        assert (same.simplify(max_error=bound * errors.diagonal).indices == result.indices).all()
 
 
 def test_one_target_is_checked():
