@@ -280,6 +280,6 @@ def test_install_simplify_uninstall(zips, tmp_path):
         env={**os.environ, "BLENDER_USER_RESOURCES": str(user)},
         capture_output=True,
         text=True,
-        timeout=80,
+        timeout=240,
     )
     assert done.returncode == 0, done.stdout + done.stderr
