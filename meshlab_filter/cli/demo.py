@@ -15,7 +15,7 @@ from ..io.documents import LayerDocument
 from ..io.formats import reader
 from ..io.staging import write_text
 from ..parameters import Callback
-from .picture import Panel, save_picture
+from .picture import Panel, check_picture, save_picture
 
 SCANS = {"bunny": ("bunny10k_textured.obj", 0.1), "face": ("rangemaps/face000.ply", 0.05)}
 """A mesh of the Stanford Bunny and a raw range map of a face, and how much is kept of each."""
@@ -26,7 +26,10 @@ def sample(name: str) -> Path:
     # The scans alone are wanted: the library itself cannot be loaded on every machine.
     found = importlib.util.find_spec("pymeshlab")
     if found is None or found.origin is None:
-        raise FileError("the demo's scans come with pymeshlab: install salient-simplify[meshlab]")
+        raise FileError(
+            "the demo's scans come with pymeshlab; install it with pip install "
+            "'salient-simplify[meshlab]'"
+        )
     path = Path(found.origin).parent / "tests" / "sample_meshes" / name
     if not path.exists():
         raise FileError(f"{path}: pymeshlab came without its sample meshes; reinstall it")
@@ -84,6 +87,7 @@ def run(folder: Path, progress: Callback | None = None) -> dict[str, Any]:
     `NAME_simplified.ply`; for both
     `demo.png` and `report.json`. Existing files of these names are overwritten.
     """
+    check_picture(folder / "demo.png")
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except (FileExistsError, NotADirectoryError) as error:

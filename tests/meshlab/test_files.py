@@ -108,7 +108,7 @@ def test_formats_that_do_not_round(run, tmp_path, ending):
 
 
 def test_unknown_formats_are_refused_before_any_work(run, cloud, tmp_path):
-    for name, why in (("o.nonsense", "does not write .nonsense"), ("o", "has no ending")):
+    for name, why in (("o.nonsense", ".nonsense files are not written"), ("o", "has no ending")):
         assert why in run("simplify", cloud, tmp_path / name, "--ratio", 0.5, status=2)
     message = run("saliency", cloud, tmp_path / "o.ply", "--picture", "map.foo", status=2)
     assert "no format for pictures" in message
