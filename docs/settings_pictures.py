@@ -119,7 +119,7 @@ def statue() -> None:
 def sculpture() -> None:
     """Draw a rough head as it is, and at equal count with original and with moved points."""
     it = head(rough=0.005)
-    view = View(it.points, -20.0, 6.0)
+    view = View(it.points, -20.0, 6.0, 380)
     images = [view.mesh(it.points, it.faces)]
     titles = [f"{len(it.points):,} points"]
     for placement in ("original", "optimal"):
@@ -175,7 +175,7 @@ def asset() -> None:
 def atlas() -> None:
     """Draw a textured head, and what seams and transferred normals do."""
     it = head()
-    view = View(it.points, -20.0, 6.0)
+    view = View(it.points, -20.0, 6.0, 360)
     uv, texture = unwrapped(it)
     loose, corners = it.points[it.faces].reshape(-1, 3), np.arange(it.faces.size).reshape(-1, 3)
     smooth = salcore.analyze(it.points, it.faces)
@@ -190,7 +190,7 @@ def atlas() -> None:
         normals = result.transfer_normals() if seams else None
         images.append(textured(view, light, order, kept, texture, normals))
         titles.append(f"{name}\n{sizes(result)}, {errors(result).split(',')[0]}")
-    save("atlas", images, titles, 64)
+    save("atlas", images, titles)
 
 
 def unwrapped(it: Mesh) -> tuple[Floats, Floats]:
@@ -256,7 +256,7 @@ def splat() -> None:
     normals = salcore.analyze(it.points, it.faces).normals
     rng = np.random.default_rng(4)
     points = it.points + rng.normal(0.0, 0.003, it.points.shape)
-    view = View(points, -20.0, 6.0)
+    view = View(points, -20.0, 6.0, 410)
     light = 0.45 + 0.6 * np.clip(turned(normals, -20.0, 6.0) @ [0.35, 0.45, 0.82], 0.0, 1.0)
     colors = np.clip(it.colors * light[:, None] * rng.normal(1.0, 0.06, light.shape)[:, None], 0, 1)
     radius = 0.018 * rng.lognormal(0.0, 0.3, len(points))
