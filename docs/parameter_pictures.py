@@ -9,7 +9,6 @@ Without names all pictures are drawn, in about two minutes.
 
 from __future__ import annotations
 
-import io
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -17,8 +16,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from pictures import FOLDER, tablet
-from PIL import Image
+from pictures import FOLDER, save_small, tablet
 from scipy.ndimage import gaussian_filter
 
 import salcore
@@ -132,11 +130,7 @@ def picture(row: salcore.Parameter) -> None:
         panel(row, value, axis)
         axis.axis("off")
     figure.subplots_adjust(left=0.005, right=0.995, bottom=0.01, top=0.89, wspace=0.02)
-    PICTURES.mkdir(parents=True, exist_ok=True)
-    drawn = io.BytesIO()
-    figure.savefig(drawn, format="png")
-    # A palette of 96 colours is a third of the size, and looks the same.
-    Image.open(drawn).convert("RGB").quantize(96).save(PICTURES / f"{row.name}.png", optimize=True)
+    save_small(figure, PICTURES / f"{row.name}.png")
 
 
 def section(row: salcore.Parameter) -> str:

@@ -8,12 +8,15 @@ The model is a stone tablet with an inscription: the sort of detail that uniform
 
 from __future__ import annotations
 
+import io
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.font_manager import FontProperties
 from matplotlib.path import Path as Outline
 from matplotlib.textpath import TextPath
+from PIL import Image
 from scipy.ndimage import gaussian_filter
 
 import salcore
@@ -60,6 +63,14 @@ def level(analysis: salcore.Analysis, points: np.ndarray, ratio: float) -> Panel
     loose = np.arange(3 * len(corners)).reshape(-1, 3)
     title = f"{ratio:.1%}: {len(result.indices):,} points, {len(corners):,} faces"
     return Panel(title, corners.reshape(-1, 3), loose, np.repeat(normals, 3, axis=0))
+
+
+def save_small(figure: Any, path: Path, colors: int = 96) -> None:
+    """Write a figure as PNG with a palette: a third of the size, and it looks the same."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    drawn = io.BytesIO()
+    figure.savefig(drawn, format="png")
+    Image.open(drawn).convert("RGB").quantize(colors).save(path, optimize=True)
 
 
 if __name__ == "__main__":

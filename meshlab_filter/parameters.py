@@ -42,4 +42,4 @@ def closest(name: str, names: Any) -> str:
 def check_not_empty(result: salcore.Simplification) -> None:
     """Refuse a simplification that keeps no point, of which MeshLab makes no layer."""
     if not len(result.indices):
-        raise salcore.ParameterError("no point would be kept: give another target")
+        raise salcore.ParameterError("no point would be kept: give a target that keeps more")

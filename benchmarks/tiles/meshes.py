@@ -66,20 +66,19 @@ def simplify(mesh: Path, output: Path, *more: str) -> tuple[Taken, dict[str, Any
 
 
 def topology(path: Path) -> str:
-    """Return parts, genus, open edges and edges of more than two faces, as MeshLab counts them."""
+    """Return Euler's number, parts, open edges and edges of three faces, as MeshLab counts them."""
     meshes = pymeshlab.MeshSet(verbose=False)
     meshes.load_new_mesh(str(path))
     found = meshes.get_topological_measures()
-    parts = (
-        f"{found['connected_components_number']} parts",
-        f"{found['boundary_edges']:,} open edges",
-        f"{found['non_two_manifold_edges']} of three faces",
-    )
-    return ", ".join(parts)
+    euler = found["vertices_number"] - found["edges_number"] + found["faces_number"]
+    parts = found["connected_components_number"]
+    rest = f"{found['boundary_edges']:,}, {found['non_two_manifold_edges']}"
+    return f"{euler}, {parts}, {rest}"
 
 
-def row(name: str, mesh: Path, memory: str, folder: Path) -> list[str]:
-    """Return the figures of one mesh."""
+def row(name: str, mesh: Path, memory: str) -> list[str]:
+    """Return the figures of one mesh; results lie beside it."""
+    folder = mesh.parent
     whole, _ = simplify(mesh, folder / "whole.ply", "--memory", "1T")
     tiled, report = simplify(
         mesh, folder / "tiles.ply", "--tiled", "--memory", memory, "--workers", "2"
@@ -105,24 +104,25 @@ def main() -> None:
     chosen = options(__doc__)
     os.environ["PYTHONPATH"] = str(ROOT)
     rows = []
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
+    with tempfile.TemporaryDirectory() as folder:
         for scan in present([chosen.models / SCAN]):
             shape = read(scan)
-            save(folder / "scan.ply", shape.points, shape.faces)
-            rows.append(row(scan.stem, folder / "scan.ply", SCAN_MEMORY, folder))
+            save(Path(folder) / "mesh.ply", shape.points, shape.faces)
+            rows.append(row(scan.stem, Path(folder) / "mesh.ply", SCAN_MEMORY))
             print(*rows[-1], flush=True)
-        terrain(folder / "terrain.ply")
-        rows.append(row("terrain", folder / "terrain.ply", TERRAIN_MEMORY, folder))
+    with tempfile.TemporaryDirectory() as folder:
+        terrain(Path(folder) / "mesh.ply")
+        rows.append(row("terrain", Path(folder) / "mesh.ply", TERRAIN_MEMORY))
     head = ["points", "tiles", "kept", "rms, of the one in memory", "peak memory"]
-    head += ["CPU", "topology before", "topology after"]
+    head += ["CPU", "topology before", "after"]
     title = "Meshes in tiles"
     path = chosen.figures / "tiles_meshes.md"
     write(path, title, "benchmarks.tiles.meshes", ABOUT, table(["mesh", *head], rows))
 
 
 ABOUT = """Meshes in PLY files cut to 10 % by two processes, and in memory (second figure), without
-measuring errors. Memory is all processes' together."""
+measuring errors. Memory is all processes' together. Topology is Euler's number, the numbers of
+parts, of open edges, and of edges of more than two faces."""
 
 
 if __name__ == "__main__":

@@ -79,7 +79,10 @@ def target_annotations(options: set[str]) -> dict[str, Any]:
     items = tuple((row.name.upper(), label(row), sentence(row).rstrip(".")) for row in TARGETS)
     return {
         "target": EnumProperty(
-            items=items, name="Target", description="What to reach", options=options
+            items=items,
+            name="Target",
+            description="What says how many points stay",
+            options=options,
         ),
         **{row.name: _property(row, options) for row in TARGETS},
     }
@@ -170,21 +173,21 @@ def keep_annotations(options: set[str]) -> dict[str, Any]:
         "protect": StringProperty(
             name="Protect",
             description="Vertex group, or attribute of points or faces, whose points are never "
-            "removed: those of any weight above zero, however small. The sculpt mask is "
-            ".sculpt_mask; .sculpt_face_set are all face sets that were painted, Face Set 3 is one",
+            "removed: those of any weight above zero, however small. The sculpt mask is called "
+            ".sculpt_mask, all painted face sets together .sculpt_face_set, one of them Face Set 3",
             search=_weights,
             options=options,
         ),
         "importance": StringProperty(
             name="Importance",
-            description="Vertex group, or attribute of points or faces, such as one painted: it "
-            "works by its strength, more points stay where the weights are larger",
+            description="Vertex group, or attribute of points or faces, such as a painted one: the "
+            "larger its weight, the more points stay there",
             search=_weights,
             options=options,
         ),
         "importance_factor": FloatProperty(
             name="Factor",
-            description="How many times more the removal of a point of weight 1 costs: more keeps "
+            description="How many times as costly it is to remove a point of weight 1: more keeps "
             "more points there, and fewer elsewhere",
             default=10.0,
             min=0.0,

@@ -16,11 +16,15 @@ SENTENCES = {
     "original point, in the scene's unit; more keeps fewer points.",
     "detail": "More keeps more points on features, such as eyes and edges, and fewer on plain "
     "parts; 0 looks at the shape alone.",
-    "evenness": "More spreads the points of a cloud evenly, and follows its features less; faces "
-    "of a mesh do not look at it.",
+    "evenness": "More spreads the points of a cloud evenly, and follows its features less; it "
+    "changes nothing on a mesh with faces.",
+    "regions_of_interest": "How many regions, the most salient first, keep more points than the "
+    "rest; more regions share these points, and 0 treats all alike.",
+    "interest_density": "How many times as dense the regions of interest are kept as they would "
+    "be else; more takes more points from everywhere else.",
     "level": "More smooths noise and small features away before it is decided what is salient.",
-    "refine": "Edges are turned, and moved points fitted, until the result lies nearest to the "
-    "original; without, it comes sooner and lies a little farther off.",
+    "refine": "Bring the result nearer to the original: edges are rotated, and moved points "
+    "fitted; without, it comes sooner and lies a little farther off.",
 }
 """What rows mean in words of this place, where the table's are not those."""
 

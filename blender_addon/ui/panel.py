@@ -127,13 +127,12 @@ class VIEW3D_PT_salient_more(_Panel, bpy.types.Panel):
         settings = context.scene.salient_simplify
         column = self.layout.column()
         column.prop(settings, "by_saliency")
-        row = column.row(align=True)
-        row.prop(settings, "regions", text="")
-        row.prop(settings, "into", text="")
+        column.prop(settings, "regions")
+        column.prop(settings, "into")
         column.operator(pick.OBJECT_OT_salient_pick_regions.bl_idname, text="Pick Regions")
         column = self.layout.column()
         column.operator(live.OBJECT_OT_salient_live.bl_idname, text="Live Simplify")
-        column.label(text="Live shows the cut, not refined")
+        column.label(text="Live results are not refined")
         for name in ("levels_by", "ratios", "arrange"):
             column.prop(settings, name)
         column.operator(levels.OBJECT_OT_salient_levels.bl_idname, text="Levels of Detail")
@@ -164,7 +163,7 @@ class OBJECT_OT_salient_preset_add(AddPresetBase, bpy.types.Operator):
 class VIEW3D_PT_salient_advanced(_Panel, bpy.types.Panel):
     """All other parameters, in the paper's order"""
 
-    bl_label = "Paper"
+    bl_label = "More Parameters"
     bl_parent_id = "VIEW3D_PT_salient"
     bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012 - Blender reads the class attribute
 

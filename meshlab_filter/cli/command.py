@@ -194,6 +194,7 @@ def _simplify_one(
 ) -> tuple[dict[str, Any], salcore.Simplification]:
     """Simplify a document into a file, and return the report and the result."""
     target = given_options(options, salcore.TARGETS)
+    _say_unused(document, options)
     constraints = _constraints(document, options)
     with _progress(options.quiet) as progress:
         analysis = _analyze(document, options, progress)
@@ -203,8 +204,10 @@ def _simplify_one(
             result.measure(progress)
     _write(document, analysis, result, output, options)
     report = result.make_report(errors=not options.no_errors).as_dict()
+    if options.points:
+        report["faces_after"] = 0
     if not options.quiet:
-        print(format_report(report))
+        print(f"{output.name}:\n{format_report(report)}")
     return report, result
 
 
@@ -223,7 +226,7 @@ def _simplify_each(options: argparse.Namespace) -> None:
     reports = {}
     for name, document in zip(names, documents, strict=True):
         if not options.quiet:
-            print(f"{name.name}: {document.label}")
+            print(f"layer {document.label}, in")
         reports[name.name], _ = _simplify_one(document, name, options)
     if options.report is not None:
         write_text(options.report, json.dumps(reports, indent=2))
@@ -266,6 +269,7 @@ def _lods(options: argparse.Namespace) -> None:
         if output.suffix.lower() == PROJECT:
             raise salcore.ParameterError(f"{output}: levels are mesh files; name a mesh format")
     document = _open_input(options, outputs)
+    _say_unused(document, options)
     constraints = _constraints(document, options)
     with _progress(options.quiet) as progress:
         analysis = _analyze(document, options, progress)
@@ -278,6 +282,19 @@ def _lods(options: argparse.Namespace) -> None:
         if not options.quiet:
             faces = "" if result.faces is None else f", {len(result.faces):,} faces"
             print(f"  {output.name}: {len(result.indices):,} points{faces}")
+
+
+def _say_unused(document: Document, options: argparse.Namespace) -> None:
+    """Say which options change nothing, because the input lacks what they are about."""
+    if options.protect_selected and not document.selected.any():
+        _warn(options)("--protect-selected: no point of the input is selected; it changes nothing")
+    if document.arrays[1] is not None:
+        return
+    given = ["--placement"] * (getattr(options, "placement", None) == "optimal")
+    for name in ("keep_border", "keep_topology", "transfer_normals"):
+        given += [f"--{name.replace('_', '-')}"] * getattr(options, name)
+    if given:
+        _warn(options)(f"{', '.join(given)}: for faces, and there are none; changes nothing")
 
 
 def _constraints(document: Document, options: argparse.Namespace) -> dict[str, Any]:
@@ -330,6 +347,8 @@ def _write_map(
 ) -> None:
     """Write the input in these colours, and draw the picture if one is asked for."""
     document.write_map(values, name, colors, options.output, force=options.force)
+    if not options.quiet:
+        print(f"{options.output.name}: {len(values):,} points, {title} as quality and colour")
     if options.picture is not None:
         points, faces, _ = document.arrays
         shape = (points, faces, analysis.normals)
@@ -359,7 +378,9 @@ def _demo(options: argparse.Namespace) -> None:
         reports = demo.run(options.folder, progress)
     for name, report in reports.items():
         print(f"{name}:\n{format_report(report)}")
-    print(f"Look at {options.folder / 'demo.png'}; the files beside it open in MeshLab.")
+    print(
+        f"Look at {options.folder / 'demo.png'}; the files beside it open in MeshLab and Blender."
+    )
 
 
 def _say(message: str) -> None:

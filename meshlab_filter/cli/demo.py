@@ -26,7 +26,10 @@ def sample(name: str) -> Path:
     # The scans alone are wanted: the library itself cannot be loaded on every machine.
     found = importlib.util.find_spec("pymeshlab")
     if found is None or found.origin is None:
-        raise FileError("the demo's scans come with pymeshlab: install salient-simplify[meshlab]")
+        raise FileError(
+            "the demo's scans come with pymeshlab; install it with pip install "
+            "'salient-simplify[meshlab]'"
+        )
     path = Path(found.origin).parent / "tests" / "sample_meshes" / name
     if not path.exists():
         raise FileError(f"{path}: pymeshlab came without its sample meshes; reinstall it")
@@ -81,8 +84,8 @@ def run(folder: Path, progress: Callback | None = None) -> dict[str, Any]:
     """Analyse and simplify both scans into `folder`, and return the reports.
 
     For each scan the maps `NAME_saliency.ply` and `NAME_regions.ply` and the light mesh
-    `NAME_simplified.ply`; for both
-    `demo.png` and `report.json`. Existing files of these names are overwritten.
+    `NAME_simplified.ply`; for both `demo.png` and `report.json`. Existing files of these names are
+    overwritten.
     """
     picture = folder / "demo.png"
     check_picture(picture)

@@ -61,7 +61,14 @@ def make_parser() -> Parser:
         "lods", "write levels of detail of a file", f"{FILES} --ratios R [R ...] [options]"
     )
     _add_files(lods)
-    lods.add_argument("--ratios", type=float, nargs="+", required=True, metavar="R")
+    lods.add_argument(
+        "--ratios",
+        type=float,
+        nargs="+",
+        required=True,
+        metavar="R",
+        help="shares of the points to keep, one a level, such as 0.5 0.25 0.1",
+    )
     _add_simplification(lods)
 
     for name in ("saliency", "regions"):
@@ -80,7 +87,13 @@ def make_parser() -> Parser:
     _add_compared(compare)
 
     show = command("demo", "analyse and simplify two scans that come along", "[folder] [options]")
-    show.add_argument("folder", nargs="?", type=Path, default=Path("salient-simplify-demo"))
+    show.add_argument(
+        "folder",
+        nargs="?",
+        type=Path,
+        default=Path("salient-simplify-demo"),
+        help="folder for the demo's files (default: salient-simplify-demo)",
+    )
     show.add_argument("--quiet", action="store_true", help="show no progress")
     return parser
 
@@ -126,7 +139,7 @@ def _add_files(command: argparse.ArgumentParser) -> None:
         help="mesh, cloud, scene or MeshLab project (.mlp); several files, or a pattern such as "
         "'scans/*.laz', are taken as one",
     )
-    command.add_argument("output", type=Path, help="file to write, of any format MeshLab writes")
+    command.add_argument("output", type=Path, help="file to write; its ending says in which format")
     command.add_argument(
         "--layer",
         metavar="NAME",
@@ -140,7 +153,12 @@ def _add_files(command: argparse.ArgumentParser) -> None:
     )
     command.add_argument("--quiet", action="store_true", help="show nothing but errors")
     command.add_argument("--force", action="store_true", help="overwrite an existing output")
-    command.add_argument("--preset", choices=salcore.PRESETS, default="default")
+    command.add_argument(
+        "--preset",
+        choices=salcore.PRESETS,
+        default="default",
+        help="values of all parameters below: ours, or those of the paper",
+    )
     groups: dict[str, Any] = {}
     for row in salcore.TABLE:
         group = groups.setdefault(row.group, None) or command.add_argument_group(row.group.lower())

@@ -4,7 +4,10 @@
 from __future__ import annotations
 
 import argparse
+import difflib
 import re
+import sys
+from itertools import takewhile
 from typing import Any, NoReturn
 
 MISTAKE = 2
@@ -15,6 +18,23 @@ COMMON = (
     "memory", "report", "force", "help", "help_all",
 )  # fmt: skip
 """What most people use: all that ``--help`` shows."""
+
+
+PLAIN = (
+    (r"argument (.+): invalid int value: (.*)", r"\1: \2 is no whole number"),
+    (r"argument (.+): invalid float value: (.*)", r"\1: \2 is no number"),
+    (r"argument (.+): expected (one|at least one) argument", r"\1: give a value after it"),
+    (r"argument (.+): not allowed with argument (.+)", r"\1: not together with \2; give one"),
+    (r"argument COMMAND: invalid choice: (.+) \(choose from (.+)\)",
+     r"\1 is no command; give one of \2"),
+    (r"argument (.+): invalid choice: (.+) \(choose from (.+)\)", r"\1: \2 is none of \3"),
+    (r"one of the arguments (.+) (\S+) is required",
+     r"nothing says how much to keep: give one of \1 or \2"),
+    (r"the following arguments are required: (.+)", r"missing: \1"),
+    (r"unrecognized arguments: (.+)", r"\1: one argument too many"),
+    (r"argument (.+?): (.+)", r"\1: \2"),
+)  # fmt: skip
+"""How the library's messages read in plain English; the first that fits."""
 
 
 class ShortHelp(argparse.HelpFormatter):
@@ -55,7 +75,28 @@ class Completion(argparse.Action):
 class Parser(argparse.ArgumentParser):
     """A parser that reports a mistake in one line."""
 
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """Refuse an unknown option before anything that may be missing because of it."""
+        given = sys.argv[1:] if args is None else list(args)
+        if self._subparsers is not None:  # what follows the command is the command's
+            given = list(takewhile(lambda text: text.startswith("-"), given))
+        for text in takewhile(lambda text: text != "--", given):
+            self._check_known(text.partition("=")[0])
+        return super().parse_known_args(args, namespace)
+
+    def _check_known(self, name: str) -> None:
+        """Refuse an option that no option begins with."""
+        options = self._option_string_actions
+        if not name.startswith("--") or any(known.startswith(name) for known in options):
+            return
+        close = difflib.get_close_matches(name, options, 1)
+        self.error(f"{name}: no such option" + (f"; did you mean {close[0]}?" if close else ""))
+
     def error(self, message: str) -> NoReturn:
-        """Exit with the message alone, without the usage."""
+        """Exit with the message alone, in plain words, without the usage."""
         text = " ".join(message.split())
+        for pattern, plain in PLAIN:
+            if re.fullmatch(pattern, text):
+                text = re.sub(pattern, plain, text)
+                break
         self.exit(MISTAKE, f"salient-simplify: error: {text}; see {self.prog} --help\n")

@@ -150,6 +150,7 @@ def shaded(
     colors: Floats,
     shape: tuple[int, int],
     *,
+    normals: Floats | None = None,
     edges: bool = False,
 ) -> Floats:
     """Return the picture (rows, columns, 3) of faces on white, seen along the third axis.
@@ -162,18 +163,24 @@ def shaded(
     colors : (n, 3) float64 in [0, 1]
     shape : (int, int)
         Rows and columns.
+    normals : (n, 3) float64, optional
+        Shade smoothly between these; each face in the light of its own normal by default.
     edges : bool
         Draw the edges of the faces as well.
     """
     corners = points[faces]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    length = np.linalg.norm(normals, axis=1, keepdims=True)
-    # Both sides of a face are lit: an open scan is seen from behind as well.
-    light = _shade(normals / np.maximum(length, 1e-300) * np.where(normals[:, 2:] < 0, -1.0, 1.0))
+    flat = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    length = np.linalg.norm(flat, axis=1, keepdims=True)
     seen, weights = visible(points, faces, shape)
     inside = seen >= 0
     face, weight = seen[inside], weights[inside]
-    paint = np.einsum("nk,nkd->nd", weight, colors[faces[face]]) * light[face]
+    normal = flat[face]
+    if normals is not None:
+        normal = np.einsum("nk,nkd->nd", weight, normals[faces[face]])
+    normal = normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
+    # Both sides of a face are lit: an open scan is seen from behind as well.
+    light = _shade(normal * np.where(normal[:, 2:] < 0, -1.0, 1.0))
+    paint = np.einsum("nk,nkd->nd", weight, colors[faces[face]]) * light
     if edges:
         sides = np.linalg.norm(np.roll(corners, 1, 1) - np.roll(corners, -1, 1), axis=2)
         height = length / np.maximum(sides, 1e-300)

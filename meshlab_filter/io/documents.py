@@ -165,7 +165,7 @@ def choose(layers: list[Layer], name: str | None, path: Path, warn: Warn, option
             return layer
     listed = ", ".join(f"{number} ({layer.label})" for number, layer in enumerate(layers))
     raise FileError(
-        f"layer {name!r}: there is none of that name or number in {path}; there are {listed}"
+        f"layer {name!r}: there is none of that name or number in {path}; it has {listed}"
     )
 
 
@@ -189,6 +189,11 @@ class LayerDocument:
         if not len(layer.points):
             raise FileError(f"{path}: holds no points; it may be damaged or of another format")
         invalid = np.count_nonzero(~np.isfinite(layer.points).all(axis=1))
+        if invalid == len(layer.points):
+            raise FileError(
+                f"{path}: all coordinates are NaN or infinite; export it again, or name another "
+                "file"
+            )
         if invalid:
             warn(
                 f"{path}: {invalid} of {len(layer.points)} points have no valid coordinates and "

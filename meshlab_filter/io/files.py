@@ -143,7 +143,7 @@ def choose_layer(
             mesh_set.set_current_mesh(number)
             return
     listed = ", ".join(f"{number} ({label})" for number, label in labels.items())
-    raise FileError(f"layer {layer!r}: there is none of that name or number; there are {listed}")
+    raise FileError(f"layer {layer!r}: there is none of that name or number; the file has {listed}")
 
 
 def check_output(path: Path, inputs: list[Path], *, force: bool) -> None:
@@ -192,6 +192,8 @@ def check_format(path: Path) -> None:
     ending = path.suffix.lower()
     if ending == PROJECT or formats.check_writer(path):
         return
+    if path.is_dir():
+        raise FileError(f"{path}: is a folder; name a file in it, such as {path / 'light.ply'}")
     if not ending:
         raise FileError(f"{path}: the name has no ending; choose a format such as .ply or .obj")
     load_meshlab(path)
@@ -199,7 +201,7 @@ def check_format(path: Path) -> None:
 
     if not pymeshlab_io.writes(ending):
         raise FileError(
-            f"{path}: MeshLab does not write {ending} files; choose a format such as .ply or .obj"
+            f"{path}: {ending} files are not written; choose a format such as .ply or .obj"
         )
 
 
@@ -213,6 +215,6 @@ def check_holds_faces(path: Path) -> None:
     module = formats.writer(path)
     if module is not None and not module.FACES:
         raise FileError(
-            f"{path}: {path.suffix} files hold points alone; choose --points, or a format with "
-            "faces, such as .ply"
+            f"{path}: {path.suffix} files hold points alone; give --points to leave the faces out, "
+            "or choose a format with faces, such as .ply"
         )

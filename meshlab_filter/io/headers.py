@@ -36,12 +36,14 @@ def check_complete(path: Path) -> None:
             continue
         size = part.stat().st_size
         if size == 0:
-            raise FileError(f"{part}: is empty")
+            raise FileError(f"{part}: is empty; export or copy it again")
         if part.suffix.lower() in _MIN_SIZE:
             with part.open("rb") as file:
                 least = _MIN_SIZE[part.suffix.lower()](file)
             if least > size:
-                raise FileError(f"{part}: is cut short, to {size} of at least {least} bytes")
+                raise FileError(
+                    f"{part}: is cut short, to {size} of at least {least} bytes; copy it again"
+                )
 
 
 def declared_vertices(path: Path) -> int | None:

@@ -150,7 +150,7 @@ def _check_size(header: Header, path: Path) -> None:
             )
     size = path.stat().st_size
     if size < least:
-        raise FileError(f"{path}: is cut short, to {size} of at least {least} bytes")
+        raise FileError(f"{path}: is cut short, to {size} of at least {least} bytes; copy it again")
 
 
 def _read_tables(header: Header, path: Path) -> dict[str, NDArray[Any]]:

@@ -167,7 +167,7 @@ def test_nothing_is_overwritten_without_force(scan, tmp_path):
     [
         (["simplify", "IN", "out.ply"], "--alpha"),
         (["simplify", "IN", "out.ply", "--alpha", "-2"], "alpha=-2.0: give a number from 0"),
-        (["simplify", "IN", "out.ply", "--alpha", "much"], "invalid float value: 'much'"),
+        (["simplify", "IN", "out.ply", "--alpha", "much"], "--alpha: 'much' is no number"),
         (["simplify", "IN", "out.ply", "--alpha", "1", "--cells", "99"], "cells=99"),
         (["simplify", "none.ply", "out.ply", "--alpha", "1"], "none.ply: no such file"),
         (["simplify", ".", "out.ply", "--alpha", "1"], "is a folder"),
@@ -176,11 +176,28 @@ def test_nothing_is_overwritten_without_force(scan, tmp_path):
         (["simplify", "text.ply", "out.ply", "--alpha", "1"], "text.ply"),
         (["simplify", "IN", "out.ply", "--alpha", "1", "--layer", "x"], "layer 'x': there is none"),
         (["saliency", "IN", "out.ply", "--picture", "missing/p.png"], "missing: no such folder"),
-        (["wonder"], "invalid choice: 'wonder'"),
+        (["wonder"], "'wonder' is no command; give one of"),
+        (["simplify", "IN"], "missing: output"),
+        (
+            ["simplify", "IN", "out.ply", "--ratoi", "1"],
+            "--ratoi: no such option; did you mean --r",
+        ),
+        (["--verion"], "--verion: no such option; did you mean --version?"),
+        (["simplify", "IN", "out.ply", "--count", "1.5"], "--count: '1.5' is no whole number"),
+        (["simplify", "IN", "out.ply", "--count"], "--count: give a value after it"),
+        (
+            ["simplify", "IN", "out.ply", "--count", "1", "--ratio", "1"],
+            "--ratio: not together with --count; give one",
+        ),
+        (["simplify", "IN", "out.ply", "--preset", "best"], "--preset: 'best' is none of"),
+        (["compare", "IN", "IN", "IN"], "one argument too many"),
+        (["simplify", "IN", ".", "--ratio", "1"], "is a folder; name a file in it"),
+        (["simplify", "nan.xyz", "out.ply", "--ratio", "1"], "all coordinates are NaN"),
     ],
 )
 def test_mistakes_are_one_line_and_status_2(scan, tmp_path, monkeypatch, arguments, message):
     (tmp_path / "text.ply").write_text("this is no mesh")
+    (tmp_path / "nan.xyz").write_text("nan nan nan\n" * 3)
     before = sorted(p.name for p in tmp_path.iterdir())
     monkeypatch.chdir(tmp_path)
     said = run(*(scan if a == "IN" else a for a in arguments), status=2).stderr
@@ -281,6 +298,7 @@ def test_demo(tmp_path):
     report = json.loads((tmp_path / "demo" / "report.json").read_text())
     assert report["face"]["points_before"] == 85849
     assert (tmp_path / "demo" / "demo.png").stat().st_size > 100_000
+    assert report["face"]["faces_after"] > 5000
     assert "demo.png" in done.stdout
     light = load(tmp_path / "demo" / "face_simplified.ply")
     assert light.vertex_number() == report["face"]["points_after"]

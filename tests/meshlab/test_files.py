@@ -14,6 +14,7 @@ from shapes import bumpy, torus
 import meshlab_filter as mf
 import salcore
 from meshlab_filter.cli import demo
+from meshlab_filter.cli.command import main
 from meshlab_filter.io import files
 from meshlab_filter.io.projects import save_project
 
@@ -108,7 +109,7 @@ def test_formats_that_do_not_round(run, tmp_path, ending):
 
 
 def test_unknown_formats_are_refused_before_any_work(run, cloud, tmp_path):
-    for name, why in (("o.nonsense", "does not write .nonsense"), ("o", "has no ending")):
+    for name, why in (("o.nonsense", ".nonsense files are not written"), ("o", "has no ending")):
         assert why in run("simplify", cloud, tmp_path / name, "--ratio", 0.5, status=2)
     message = run("saliency", cloud, tmp_path / "o.ply", "--picture", "map.foo", status=2)
     assert "no format for pictures" in message
@@ -258,3 +259,26 @@ def test_mistakes_in_filters(name, parameters, message):
     with pytest.raises(salcore.ParameterError, match=message):
         mf.apply(meshes, name, **parameters)
     assert meshes.mesh_number() == 1
+
+
+def test_options_that_change_nothing_are_named(run, cloud, tmp_path):
+    output, ratio = tmp_path / "o.ply", ("--ratio", 0.5, "--force")
+    said = run("simplify", cloud, output, *ratio, "--keep-topology", "--placement", "optimal")
+    assert "--placement, --keep-topology: for faces, and there are none" in said
+    said = run("simplify", cloud, output, *ratio, "--protect-selected")
+    assert "--protect-selected: no point of the input is selected" in said
+    assert run("simplify", cloud, output, *ratio, "--keep-topology", "--quiet") == ""
+
+
+def test_success_says_what_was_written(cloud, tmp_path, capsys):
+    output = tmp_path / "o.ply"
+    assert main(["simplify", str(cloud), str(output), "--count", "100"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0] == "o.ply:"
+    assert "-> 100 (" in lines[1]
+    assert lines[2].endswith("of the diagonal)")
+    assert main(["saliency", str(cloud), str(output), "--force"]) == 0
+    assert "points, saliency as quality and colour" in capsys.readouterr().out
+    mesh = demo.sample("bone.ply")
+    assert main(["simplify", str(mesh), str(output), "--ratio", "0.5", "--points", "--force"]) == 0
+    assert "faces" not in capsys.readouterr().out

@@ -94,7 +94,7 @@ def test_every_tooltip_says_what_more_does(module):
     for name in properties.QUALITY:
         assert "Paper:" not in settings[name].description or name == "level"
     paper = panel.VIEW3D_PT_salient_advanced
-    assert paper.bl_label == "Paper"
+    assert paper.bl_label == "More Parameters"
     assert "DEFAULT_CLOSED" in paper.bl_options
 
 
