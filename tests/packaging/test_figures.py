@@ -74,7 +74,7 @@ def test_no_figure_without_a_measurement(page):
     assert not given - everything, "no longer on the page"
 
 
-def test_tables_of_figures_are_the_files():
+def test_the_tables_are_those_of_the_code_and_of_the_files():
     for name, found in tables.blocks().items():
         page = (ROOT / name).read_text(encoding="utf-8")
         assert tables.with_tables(page, found) == page, "run python -m docs.tables"
