@@ -41,8 +41,8 @@ def test_regions_are_numbered_by_saliency_and_tell_their_figures():
     bpy.ops.object.salient_show_regions()
     table = json.loads(obj.data["salient_regions"])
     assert [row["region"] for row in table] == list(range(len(table)))
-    means = [row["mean"] for row in table]
-    assert means == sorted(means, reverse=True)
+    means = np.array([row["mean"] for row in table])
+    assert (np.diff(means) <= 1e-6).all()  # equal ones but for rounding
     region = labels(obj)
     for row in table:
         assert row["points"] == (region == row["region"]).sum()

@@ -246,12 +246,12 @@ def test_boxes_hold_all_that_is_below_them(name):
 def test_a_cancel_answers_in_every_part():
     rng = np.random.default_rng(7)
     corners = fan(rng, 3000)
-    queries, surface = queries_at(rng, corners, 20_000, 1e-2), as_surface(corners)
+    queries, surface = queries_at(rng, corners, 40_000, 1e-2), as_surface(corners)
     told = []
     distances(queries, surface, Progress(lambda stage, share: told.append(share)))
     assert len(told) > 20
     assert told == sorted(told)
     assert told[-1] == pytest.approx(1.0)
-    for stop in told[:: len(told) // 8]:
+    for stop in told[:: len(told) // 5]:
         with pytest.raises(Cancelled):
             distances(queries, surface, Progress(lambda stage, share, stop=stop: share < stop))
