@@ -27,6 +27,7 @@ from ..io.staging import write_text
 from ..io.supervise import FAILURE
 from ..parameters import Callback, check_not_empty, make_parameters
 from . import demo, tiles
+from .constraints import constraints_of, say_unused
 from .figures import format_errors, format_report
 from .indices import check_indices, write_indices
 from .options import make_parser
@@ -194,8 +195,8 @@ def _simplify_one(
 ) -> tuple[dict[str, Any], salcore.Simplification]:
     """Simplify a document into a file, and return the report and the result."""
     target = given_options(options, salcore.TARGETS)
-    _say_unused(document, options)
-    constraints = _constraints(document, options)
+    say_unused(document, options, _warn(options))
+    constraints = constraints_of(document, options)
     with _progress(options.quiet) as progress:
         analysis = _analyze(document, options, progress)
         result = analysis.simplify(progress=progress, **target, **constraints)
@@ -269,8 +270,8 @@ def _lods(options: argparse.Namespace) -> None:
         if output.suffix.lower() == PROJECT:
             raise salcore.ParameterError(f"{output}: levels are mesh files; name a mesh format")
     document = _open_input(options, outputs)
-    _say_unused(document, options)
-    constraints = _constraints(document, options)
+    say_unused(document, options, _warn(options))
+    constraints = constraints_of(document, options)
     with _progress(options.quiet) as progress:
         analysis = _analyze(document, options, progress)
         levels = [
@@ -282,32 +283,6 @@ def _lods(options: argparse.Namespace) -> None:
         if not options.quiet:
             faces = "" if result.faces is None else f", {len(result.faces):,} faces"
             print(f"  {output.name}: {len(result.indices):,} points{faces}")
-
-
-def _say_unused(document: Document, options: argparse.Namespace) -> None:
-    """Say which options change nothing, because the input lacks what they are about."""
-    if options.protect_selected and not document.selected.any():
-        _warn(options)("--protect-selected: no point of the input is selected; it changes nothing")
-    if document.arrays[1] is not None:
-        return
-    given = ["--placement"] * (getattr(options, "placement", None) == "optimal")
-    for name in ("keep_border", "keep_topology", "transfer_normals"):
-        given += [f"--{name.replace('_', '-')}"] * getattr(options, name)
-    if given:
-        _warn(options)(f"{', '.join(given)}: for faces, and there are none; changes nothing")
-
-
-def _constraints(document: Document, options: argparse.Namespace) -> dict[str, Any]:
-    """Return the constraints on a simplification: selected points, and what makes seams."""
-    layers = {} if options.points else document.corner_layers()
-    return {
-        "protect": document.selected if options.protect_selected else None,
-        "keep_seams": not options.free_seams,
-        "keep_border": options.keep_border,
-        "keep_topology": options.keep_topology,
-        "symmetry": options.symmetry,
-        **layers,
-    }
 
 
 def _saliency(options: argparse.Namespace) -> None:

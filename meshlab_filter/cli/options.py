@@ -52,15 +52,15 @@ def make_parser() -> Parser:
 
     simplify = command(
         "simplify",
-        "keep the salient part of a file",
+        "write a light cloud or mesh that keeps the features",
         f"{FILES} (--ratio R | --count N | --faces N | --max-error E) [options]",
     )
     _add_simplify(simplify)
 
     lods = command(
-        "lods", "write levels of detail of a file", f"{FILES} --ratios R [R ...] [options]"
+        "lods", "write levels of detail, one file each", f"{FILES} --ratios R [R ...] [options]"
     )
-    _add_files(lods)
+    _add_files(lods, "file names to write, with {} for the level, such as light_{}.ply")
     lods.add_argument(
         "--ratios",
         type=float,
@@ -73,7 +73,9 @@ def make_parser() -> Parser:
 
     for name in ("saliency", "regions"):
         shown = command(
-            name, f"write a file with {name} as quality and colour", f"{FILES} [options]"
+            name,
+            f"write the same points with their {name} as quality and colour",
+            f"{FILES} [options]",
         )
         _add_files(shown)
         shown.add_argument("--picture", type=Path, metavar="PNG", help="draw the map as well")
@@ -82,11 +84,15 @@ def make_parser() -> Parser:
         )
 
     compare = command(
-        "compare", "measure the errors between two files", "original simplified [options]"
+        "compare",
+        "measure how far a light file lies from its original",
+        "original simplified [options]",
     )
     _add_compared(compare)
 
-    show = command("demo", "analyse and simplify two scans that come along", "[folder] [options]")
+    show = command(
+        "demo", "analyse and simplify two scans, and draw what came out", "[folder] [options]"
+    )
     show.add_argument(
         "folder",
         nargs="?",
@@ -131,7 +137,9 @@ def _add_compared(compare: argparse.ArgumentParser) -> None:
     compare.add_argument("--force", action="store_true", help="overwrite an existing report")
 
 
-def _add_files(command: argparse.ArgumentParser) -> None:
+def _add_files(
+    command: argparse.ArgumentParser, output: str = "file to write; its ending says in which format"
+) -> None:
     """Add input, output and the options of an analysis."""
     command.add_argument(
         "input",
@@ -139,7 +147,7 @@ def _add_files(command: argparse.ArgumentParser) -> None:
         help="mesh, cloud, scene or MeshLab project (.mlp); several files, or a pattern such as "
         "'scans/*.laz', are taken as one",
     )
-    command.add_argument("output", type=Path, help="file to write; its ending says in which format")
+    command.add_argument("output", type=Path, help=output)
     command.add_argument(
         "--layer",
         metavar="NAME",
