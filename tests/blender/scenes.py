@@ -5,6 +5,7 @@ import hashlib
 
 import bpy
 import numpy as np
+from models import load_crop
 
 RNG_SEED = 7
 
@@ -50,6 +51,14 @@ def cloud(coordinates):
     bpy.ops.object.convert(target="POINTCLOUD")
     select(obj)
     return obj
+
+
+def scan(most):
+    """Return a part of a scan, of so many points, as a mesh."""
+    points, faces = load_crop("bun_zipper.ply", most)
+    mesh = bpy.data.meshes.new("scan")
+    mesh.from_pydata(points.tolist(), [], faces.tolist())
+    return link(mesh, "scan")
 
 
 def relief(count=600):

@@ -12,7 +12,7 @@ import salcore
 from meshlab_filter.io import text
 
 RNG = np.random.default_rng(4)
-POINTS = bumpy() * 10.0 + [637100.25, 851327.5, 424.0]
+POINTS = bumpy(400) * 10.0 + [637100.25, 851327.5, 424.0]
 NORMALS = RNG.normal(size=POINTS.shape)
 NORMALS /= np.linalg.norm(NORMALS, axis=1, keepdims=True)
 BYTES = RNG.integers(0, 256, POINTS.shape)

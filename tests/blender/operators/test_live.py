@@ -6,7 +6,6 @@ import bpy
 import numpy as np
 import pytest
 import scenes
-from models import model_path
 
 
 def evaluated(obj):
@@ -108,9 +107,7 @@ def test_one_group_serves_all(module):
 
 
 def test_a_scan(module):
-    bpy.ops.wm.ply_import(filepath=str(model_path("bun_zipper.ply")))
-    obj = bpy.context.active_object
-    scenes.select(obj)
+    obj = scenes.scan(12_000)
     bpy.ops.object.salient_live(ratio=0.1)
     live = evaluated(obj).data
     bpy.ops.object.salient_simplify(hide_source=False, placement="original", ratio=0.1)

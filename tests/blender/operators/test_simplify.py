@@ -6,10 +6,9 @@ import math
 
 import bpy
 import numpy as np
-import pymeshlab
 import pytest
 import scenes
-from models import model_path
+from models import load_crop, model_path
 
 
 def new_objects(operator, **options):
@@ -375,11 +374,9 @@ def test_broken_coordinates_and_duplicates(make):
     "name", ["abominevole.off", "degtri_sliding.off", "non_manif_hole.ply", "sliver_tet.ply"]
 )
 def test_nasty_meshes(name):
-    meshes = pymeshlab.MeshSet(verbose=False)
-    meshes.load_new_mesh(str(model_path(f"nasty/{name}")))
-    source = meshes.current_mesh()
+    points, faces = load_crop(f"nasty/{name}", 2_500)
     mesh = bpy.data.meshes.new("nasty")
-    mesh.from_pydata(source.vertex_matrix().tolist(), [], source.face_matrix().tolist())
+    mesh.from_pydata(points.tolist(), [], faces.tolist())
     mesh.validate()
     obj = scenes.link(mesh)
     for ratio in (0.9, 0.5, 0.1):

@@ -12,7 +12,6 @@ import bpy
 import numpy as np
 import pytest
 import scenes
-from models import load_crop
 from workers import children, wait_for
 
 NAME = "bl_ext.user_default.salient_simplify"
@@ -20,14 +19,6 @@ NAME = "bl_ext.user_default.salient_simplify"
 
 MOST = 12_000
 """Points of a scan on which every stage takes long enough to be seen."""
-
-
-def bunny(most=MOST):
-    """Return a part of a scan as an object."""
-    points, faces = load_crop("bun_zipper.ply", most)
-    mesh = bpy.data.meshes.new("scan")
-    mesh.from_pydata(points.tolist(), [], faces.tolist())
-    return scenes.link(mesh, "scan")
 
 
 def task_of(work, *requests):
@@ -106,7 +97,7 @@ def stages_of(work, *requests):
 
 def test_cancelled_in_every_stage(work, request_of, extension):
     """Nothing changes, the child is ready again at once, and the next result is the same."""
-    bunny()
+    scenes.scan(MOST)
     before, known, caught = scenes.fingerprint(extension), set(), set()
     for number, target in enumerate(({"ratio": 0.1}, {"alpha": 5.0}, {"max_error": 0.001})):
         # Analysed anew for each target: the kept analysis would skip its stages.
@@ -136,7 +127,7 @@ def test_cancelled_in_every_stage(work, request_of, extension):
 
 
 def test_a_second_ratio_comes_from_the_kept_analysis(work, request_of):
-    bunny()
+    scenes.scan(MOST)
     first, _ = stages_of(work, request_of(ratio=0.1))
     second, (answer,) = stages_of(work, request_of(ratio=0.3))
     assert {"Graph", "Elimination"} <= set(first)
@@ -145,7 +136,7 @@ def test_a_second_ratio_comes_from_the_kept_analysis(work, request_of):
 
 
 def test_a_new_request_waits_until_the_cancelled_one_has_stopped(work, request_of):
-    bunny()
+    scenes.scan(MOST)
     request = request_of()
     first = task_of(work, request)
     while first.stage == "Start":
@@ -171,7 +162,7 @@ def kill_when_busy(work, number=signal.SIGKILL):
 
 @pytest.mark.parametrize("output", ["NEW", "IN_PLACE"])
 def test_a_killed_child_is_one_sentence_and_an_unchanged_scene(work, extension, output):
-    bunny()
+    scenes.scan(MOST)
     before = scenes.fingerprint(extension)
     thread = kill_when_busy(work)
     sentence = r"worker process was killed or ran out of memory \(exit status -9\); close other"
@@ -224,7 +215,7 @@ def test_more_memory_than_there_is_is_refused(work, extension, request_of):
 
 @pytest.mark.skipif(not hasattr(resource, "prlimit"), reason="only Linux limits another process")
 def test_a_child_out_of_memory_says_so_and_goes_on(work, extension):
-    bunny(most=40_000)
+    scenes.scan(40_000)
     before = scenes.fingerprint(extension)
     pid = work.host.pid
     with open(f"/proc/{pid}/statm", encoding="ascii") as file:
@@ -270,7 +261,7 @@ def test_another_file_ends_the_child(work):
 
 
 def test_another_file_ends_the_child_at_work(work, request_of):
-    bunny()
+    scenes.scan(MOST)
     task = task_of(work, request_of())
     while task.stage == "Start":
         task.advance()
