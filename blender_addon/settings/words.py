@@ -5,8 +5,13 @@ from __future__ import annotations
 
 from ..salcore import Parameter
 
-LABELS = {"faces": "Triangles", "placement": "Points"}
-"""Names of rows, where they are not the table's."""
+LABELS = {
+    "faces": "Triangles",
+    "placement": "Points",
+    "regions_of_interest": "Dense Regions",
+    "interest_density": "Their Density",
+}
+"""Names of rows, where they are not the table's, or too long for the sidebar."""
 CHOICES = {"pca": "PCA", "optimal": "Moved"}
 """Names of choices, where they are not the table's."""
 SENTENCES = {
@@ -20,7 +25,7 @@ SENTENCES = {
     "changes nothing on a mesh with faces.",
     "regions_of_interest": "How many regions, the most salient first, keep more points than the "
     "rest; more regions share these points, and 0 treats all alike.",
-    "interest_density": "How many times as dense the regions of interest are kept as they would "
+    "interest_density": "How many times as dense these regions are kept as they would "
     "be else; more takes more points from everywhere else.",
     "level": "More smooths noise and small features away before it is decided what is salient.",
     "refine": "Bring the result nearer to the original: edges are rotated, and moved points "

@@ -100,12 +100,13 @@ def _draw_figures(column: Any, context: Any) -> None:
         )
 
     before, after = figures.points_before, figures.points_after
-    points = f"{after:,} of {before:,} points" if before else "No result yet"
-    column.label(text=figures.title or NO_FIGURE)
+    points = f"{after:,} of {before:,} points" if before else f"Points: {NO_FIGURE}"
+    column.label(text=figures.title or "No result yet")
     column.label(text=points)
     faces = f"{figures.faces_after:,} of {figures.faces_before:,} triangles"
-    column.label(text=faces if figures.faces_before else NO_FIGURE)
-    column.label(text=f"Rate: {1.0 - after / before:.2%} removed" if before else NO_FIGURE)
+    column.label(text=faces if figures.faces_before else f"Triangles: {NO_FIGURE}")
+    rate = f"{1.0 - after / before:.2%} removed" if before else NO_FIGURE
+    column.label(text=f"Rate: {rate}")
     column.label(text=f"Largest error: {length(figures.max_error)}")
     column.label(text=f"Mean error: {length(figures.mean_error)}")
     seconds = f"{figures.seconds:.2f} s" if figures.seconds else NO_FIGURE

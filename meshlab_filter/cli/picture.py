@@ -127,7 +127,8 @@ def _draw_faces(
     axis: Any, points: Floats, faces: NDArray[Any], colors: Floats, edges: bool
 ) -> None:
     """Draw the faces that no others hide, each in the light of its own normal."""
-    left, right, bottom, top = *axis.get_xlim(), *axis.get_ylim()
+    left, right = axis.get_xlim()
+    bottom, top = axis.get_ylim()
     figure = axis.figure
     width = axis.get_position().width * figure.get_figwidth() * figure.dpi
     scale = FINER * width / (right - left)

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,7 +17,7 @@ SLACK = 1e-9
 
 
 def visible(
-    points: Floats, faces: NDArray[np.integer], shape: tuple[int, int]
+    points: Floats, faces: NDArray[Any], shape: tuple[int, int]
 ) -> tuple[NDArray[np.int64], Floats]:
     """Return the face that each pixel sees, and how near its three corners are.
 
@@ -56,7 +58,7 @@ def visible(
 
 
 def _boxes(
-    points: Floats, faces: NDArray[np.integer], shape: tuple[int, int]
+    points: Floats, faces: NDArray[Any], shape: tuple[int, int]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return the first pixel (m, 2) and the size (m, 2), column first, of each face's box."""
     corners = points[:, :2][faces]
@@ -68,7 +70,7 @@ def _boxes(
 
 def _hits(
     points: Floats,
-    faces: NDArray[np.integer],
+    faces: NDArray[Any],
     low: NDArray[np.int64],
     size: NDArray[np.int64],
     block: NDArray[np.int64],
