@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Draw the pictures of docs/tasks/settings.md: before and after with each section's settings.
 
-    python docs/settings_pictures.py [NAME ...]
+    python -m docs.settings_pictures [NAME ...]
 
-The subjects are made by docs/subjects.py. What is printed beside each picture are its figures.
+The subjects are made by docs/subjects.py. What the pictures say stands in docs/figures/settings.md,
+which is written when all are drawn.
 """
 
 from __future__ import annotations
@@ -16,12 +17,13 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
-from pictures import FOLDER, save_small
 from scipy.ndimage import distance_transform_edt, gaussian_filter
 from scipy.spatial import cKDTree
-from subjects import Mesh, barrel, facade, flange, head
 
 import salcore
+from benchmarks.common.page import FIGURES, table, write
+from docs.pictures import FOLDER, save_small
+from docs.subjects import Mesh, barrel, facade, flange, head
 from meshlab_filter.cli.picture import GREY, shaded
 from meshlab_filter.cli.raster import visible
 
@@ -65,8 +67,8 @@ class View:
         return shaded(self.screen(points), faces, colors, self.shape, **more)
 
 
-def save(name: str, images: list[Floats], titles: list[str], colors: int = 48) -> None:
-    """Write a row of images with titles."""
+def save(name: str, images: list[Floats], titles: list[str], colors: int = 48) -> list[str]:
+    """Write a row of images with titles, and return what they say, each in a line."""
     rows, columns = (size // FINER for size in images[0].shape[:2])
     inches = (len(images) * columns / 100.0, (rows + 44) / 100.0)
     figure = Figure(figsize=inches, dpi=100)
@@ -78,8 +80,7 @@ def save(name: str, images: list[Floats], titles: list[str], colors: int = 48) -
         axes.axis("off")
         axes.set_title(title, fontsize=10)
     save_small(figure, PICTURES / f"{name}.png", colors)
-    for title in titles:
-        print(f"{name}: {' '.join(title.split())}")
+    return [" ".join(title.split()) for title in titles]
 
 
 def sizes(result: salcore.Simplification) -> str:
@@ -101,7 +102,7 @@ def errors(result: salcore.Simplification) -> str:
     return f"mean error {mean:.2f} ‰, largest {largest:.1f} ‰"
 
 
-def statue() -> None:
+def statue() -> list[str]:
     """Draw a head, its saliency, and 5 %."""
     it = head()
     analysis = salcore.analyze(it.points, it.faces)
@@ -113,10 +114,10 @@ def statue() -> None:
         view.mesh(places(it.points, result), result.faces, edges=True),
     ]
     before = f"{len(it.points):,} points, {len(it.faces):,} faces"
-    save("statue", images, [before, "saliency", f"{sizes(result)}\n{errors(result)}"])
+    return save("statue", images, [before, "saliency", f"{sizes(result)}\n{errors(result)}"])
 
 
-def sculpture() -> None:
+def sculpture() -> list[str]:
     """Draw a rough head as it is, and at equal count with original and with moved points."""
     it = head(rough=0.005)
     view = View(it.points, -20.0, 6.0, 380)
@@ -127,16 +128,16 @@ def sculpture() -> None:
         result = salcore.simplify(it.points, it.faces, parameters=chosen, ratio=0.05)
         images.append(view.mesh(places(it.points, result), result.faces))
         titles.append(f"{placement}: {sizes(result)}\n{errors(result)}")
-    save("sculpture", images, titles)
+    return save("sculpture", images, titles)
 
 
-def cad() -> None:
+def cad() -> list[str]:
     """Draw a flange, and what detail and placement make of it at equal numbers of faces."""
     it = flange()
     view = View(it.points[:, [0, 2, 1]] * [1, 1, -1], 28.0, 38.0)
     show = np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])
     images = [view.mesh(it.points @ show.T, it.faces, edges=True)]
-    titles = [f"{len(it.points):,} points, {len(it.faces):,} faces"]
+    titles, others = [f"{len(it.points):,} points, {len(it.faces):,} faces"], []
     for detail, placement in (
         (3.0, "original"),
         (3.0, "optimal"),
@@ -149,11 +150,12 @@ def cad() -> None:
         if (detail, placement) in ((3.0, "original"), (0.0, "optimal")):
             images.append(view.mesh(places(it.points, result) @ show.T, result.faces, edges=True))
             titles.append(title)
-        print("all", title)
-    save("cad", images, titles)
+        else:
+            others.append(" ".join(title.split()))
+    return save("cad", images, titles) + others
 
 
-def asset() -> None:
+def asset() -> list[str]:
     """Draw a barrel, with faces enough for all its parts and with too few."""
     it = barrel()
     view = View(it.points, 10.0, 16.0, 340)
@@ -169,10 +171,10 @@ def asset() -> None:
         asked = f"--faces {faces}" + (" --keep-topology" if keep else "")
         titles.append(f"{asked}\n{report.faces_after:,} faces, {report.parts_after} parts")
         print(*result.notes, errors(result), sep="\n")
-    save("asset", images, titles, 40)
+    return save("asset", images, titles, 40)
 
 
-def atlas() -> None:
+def atlas() -> list[str]:
     """Draw a textured head, and what seams and transferred normals do."""
     it = head()
     view = View(it.points, -20.0, 6.0, 360)
@@ -190,7 +192,7 @@ def atlas() -> None:
         normals = result.transfer_normals() if seams else None
         images.append(textured(view, light, order, kept, texture, normals))
         titles.append(f"{name}\n{sizes(result)}, {errors(result).split(',')[0]}")
-    save("atlas", images, titles)
+    return save("atlas", images, titles)
 
 
 def unwrapped(it: Mesh) -> tuple[Floats, Floats]:
@@ -250,7 +252,7 @@ def dots(view: View, points: Floats, colors: Floats, radius: Any, soft: float = 
     return np.asarray(canvas.buffer_rgba())[::-1, :, :3] / 255.0
 
 
-def splat() -> None:
+def splat() -> list[str]:
     """Draw a head of splats, and three in ten of them, chosen in two ways."""
     it = head(220, 300)
     normals = salcore.analyze(it.points, it.faces).normals
@@ -272,27 +274,38 @@ def splat() -> None:
         shown = kept[front[kept]]
         images.append(dots(view, points[shown], colors[shown], radius[shown], 0.9))
         titles.append(f"{name}\n{len(kept):,} splats")
-    save("splat", images, titles, 40)
+    return save("splat", images, titles, 40)
 
 
-def room() -> None:
+def room() -> list[str]:
     """Draw a façade, and the fewest points that a bound of a centimetre leaves."""
     it = facade()
     view = View(it.points, -20.0, 10.0)
     images = [view.mesh(it.points, it.faces, it.colors)]
     titles = [f"{len(it.points):,} points, noise of a millimetre"]
     chosen = salcore.Parameters(error_unit="length")
-    result = salcore.simplify(it.points, it.faces, parameters=chosen, max_error=0.01)
+    analysis = salcore.analyze(it.points, it.faces, parameters=chosen)
+    closer = analysis.simplify(max_error=0.005)
+    result = analysis.simplify(max_error=0.01)
     colors = it.colors[result.indices]
     images.append(view.mesh(places(it.points, result), result.faces, colors, edges=True))
+    titles.append(f"10 mm: {sizes(result)}\n{millimetres(result)}")
+    return [
+        *save("room", images, titles),
+        *(f"{bound}: {len(each.indices) / len(it.points):.0%} of the points are left"
+          for bound, each in (("5 mm", closer), ("10 mm", result))),
+    ]  # fmt: skip
+
+
+def millimetres(result: salcore.Simplification) -> str:
+    """Return the errors of a result in metres as millimetres."""
     found = result.report.errors
     assert found is not None
     mean, largest = 1000 * found.surface.mean, 1000 * found.surface.max
-    titles.append(f"{sizes(result)}\nmean error {mean:.1f} mm, largest {largest:.1f} mm")
-    save("room", images, titles)
+    return f"mean error {mean:.1f} mm, largest {largest:.1f} mm"
 
 
-DRAWN: dict[str, Callable[[], None]] = {
+DRAWN: dict[str, Callable[[], list[str]]] = {
     "statue": statue,
     "sculpture": sculpture,
     "room": room,
@@ -304,9 +317,14 @@ DRAWN: dict[str, Callable[[], None]] = {
 
 
 def main() -> None:
-    """Draw the pictures asked for, or all."""
-    for name in sys.argv[1:] or DRAWN:
-        DRAWN[name]()
+    """Draw the pictures asked for, or all; then their figures are written as well."""
+    asked = sys.argv[1:] or list(DRAWN)
+    said = [[name, line] for name in asked for line in DRAWN[name]()]
+    for name, line in said:
+        print(f"{name}: {line}")
+    if asked == list(DRAWN):
+        title, module = "Which settings for what: what the pictures say", "docs.settings_pictures"
+        write(FIGURES / "settings.md", title, module, table(["picture", ""], said), models=False)
 
 
 if __name__ == "__main__":

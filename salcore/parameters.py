@@ -82,7 +82,12 @@ class Parameter:
             raise self._error(value, "give a whole number")
         if not self.minimum <= number <= self.maximum:
             low = "above 0" if self.minimum == ABOVE_ZERO else f"from {self.minimum:g}"
-            raise self._error(value, f"give {kind} {low} to {self.maximum:g}")
+            raise self._error(
+                value,
+                f"give {kind} {low}"
+                f"{' upwards' if self.maximum >= 2**31 - 1 and not number > self.maximum else ''}"
+                f"{f' to {self.maximum:.10g}' if self.maximum < max(2**31 - 1, number) else ''}",
+            )
         return self.type(value)
 
     def _error(self, value: Any, remedy: str) -> ParameterError:
@@ -226,12 +231,12 @@ class Parameters:
         "elimination; more keeps more of them.")
     regions_of_interest: int = _row("Elimination", 0, "Regions of interest", minimum=0,
         maximum=2**31 - 1,
-        sentence="So many of the most salient regions are kept denser: more spreads the points "
-        "over more of them; 0 keeps none so.")
+        sentence="How many regions, the most salient first, keep more points than the rest: more "
+        "regions share these points, and 0 treats all alike.")
     interest_density: float = _row("Elimination", 4.0, "Interest density", minimum=1.0,
         maximum=100.0, unit="times",
-        sentence="About how many times as dense the regions of interest are kept as they else "
-        "would be, against the rest; more thins all else.")
+        sentence="About how many times as dense the regions of interest are kept as they would be "
+        "else; more takes more points from everywhere else.")
     keep_regions: bool = _row("Elimination", False, "Keep regions' borders",
         sentence="Borders between regions stay as lines, as seams do.")
     evenness: float = _row("Elimination", 0.1, "Evenness", minimum=0.0, maximum=100.0,
@@ -328,8 +333,8 @@ TARGETS: tuple[Parameter, ...] = (
         sentence="Number of triangles of a mesh to keep, or the nearest below that a whole number "
         "of points makes."),
     _target("max_error", 0.001, "Largest error", minimum=0.0, maximum=1e300,
-        sentence="About the fewest points whose surface is nowhere further from an input point; "
-        "a share of the diagonal, or a length (unit of error)."),
+        sentence="About the fewest points whose surface is nowhere further than this from an input "
+        "point; a share of the diagonal, or a length (unit of error)."),
     _target("alpha", 0.0, "Threshold α", minimum=0.0, maximum=1000.0, unit="%", symbol="α (4.7)",
         sentence="Points whose saliency exceeds the mean by this much are kept; more keeps fewer "
         "points."),

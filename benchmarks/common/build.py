@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import ast
 import hashlib
 import os
 import platform
@@ -19,8 +20,8 @@ Build = dict[str, str]
 def build() -> Build:
     """Return the version, commit and core that are measured, the machine and the day.
 
-    The core is a digest of the sources of `salcore`: files of figures with the same one are of one
-    build, whatever was committed beside the core in between.
+    The core is a digest of the code of `salcore`: files of figures with the same one are of one
+    build, whatever was committed beside the core, or worded otherwise in it, in between.
     """
     return {
         "version": salcore.__version__,
@@ -41,11 +42,27 @@ def said(build: Build) -> str:
 
 
 def core() -> str:
-    """Return a digest of the core's sources."""
+    """Return a digest of the core's code, without comments, docstrings and messages.
+
+    The same code has another digest under another Python, for syntax trees differ.
+    """
     digest = hashlib.sha256()
     for path in sorted((ROOT / "salcore").rglob("*.py")):
-        digest.update(path.relative_to(ROOT).as_posix().encode() + b"\0" + path.read_bytes())
+        tree = Wordless().visit(ast.parse(path.read_text(encoding="utf-8")))
+        digest.update(f"{path.relative_to(ROOT).as_posix()}\n{ast.dump(tree)}\n".encode())
     return digest.hexdigest()[:10]
+
+
+class Wordless(ast.NodeTransformer):
+    """Takes sentences out of a syntax tree: texts with a space, and texts that are put together."""
+
+    def visit_Constant(self, node: ast.Constant) -> ast.Constant:
+        if isinstance(node.value, str) and " " in node.value:
+            return ast.Constant("")
+        return node
+
+    def visit_JoinedStr(self, node: ast.JoinedStr) -> ast.Constant:
+        return ast.Constant("")
 
 
 def processor() -> str:

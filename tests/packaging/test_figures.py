@@ -33,6 +33,7 @@ GIVEN = {
     "docs/limits.md": "65535",
     "docs/method.md": "0.00874 0.08 0.1 0.125 0.9 1 2 3.2",
     "docs/tasks/guide.md": "20",
+    "docs/tasks/settings.md": "4.0",
 }
 """What is no measurement, for each page: settings, bounds, constants, versions, the paper's."""
 
