@@ -38,7 +38,7 @@ def check_faces(result, points, faces):
 
 @pytest.mark.parametrize("name", MODELS)
 def test_exact_counts_nested_levels_and_valid_faces(name):
-    points, faces = load_crop(name, 4_000)
+    points, faces = load_crop(name, 2_500)
     analysis = salcore.analyze(points, faces)
     total = len(points)
     counts = [total, total - 1, *(total * np.array([0.7, 0.3, 0.1, 0.02])).astype(int), 9, 4]
