@@ -4,12 +4,17 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy import sparse
+from scipy.sparse import csgraph
 
 from ..arrays.types import Floats, Indices
-from ..arrays.vectors import dot
+from ..arrays.vectors import dot, hash01
 from ..progress import SILENT, Progress
 from .graph import Graph
 from .merging import BORDER, Pairs, absorb_small, edge_pairs
+
+FREE = 1e-20
+"""Cost as a share of the price that is nothing but rounding."""
 
 
 def find_islands(
@@ -45,23 +50,27 @@ def find_islands(
     Notes
     -----
     In each round the pairs are joined of which neither has a cheaper one. The rounds are many, most
-    of them on short lists: in all about ten times the work on the first list.
+    of them on short lists: in all about ten times the work on the first list. Where a saliency is
+    the same all over, as on flat sides, pairs cost nothing, and are joined all at once.
     """
     count = int(cells.max(initial=-1)) + 1
     total: Floats = np.bincount(cells, area, count).astype(np.float64)
     mass: Floats = np.bincount(cells, area * saliency, count).astype(np.float64)
     labels, pairs = cells, _borders(points, graph, cells, count)
     while True:
-        low, high = _cheapest(pairs, total, mass, price)
-        if not len(low):
-            break
-        target = np.arange(len(total))
-        target[high] = low
-        total[low] += total[high]
-        mass[low] += mass[high]
-        kept = target == np.arange(len(target))
-        place = (np.cumsum(kept) - 1)[target]
-        labels, total, mass = place[labels], total[kept], mass[kept]
+        cost = _costs(pairs, total, mass)
+        free = np.flatnonzero(cost <= FREE * price)
+        if len(free):
+            place = _connected(pairs.low[free], pairs.high[free], len(total))
+        else:
+            low, high = _cheapest(pairs, cost, len(total), price)
+            if not len(low):
+                break
+            target = np.arange(len(total))
+            target[high] = low
+            place = (np.cumsum(target == np.arange(len(target))) - 1)[target]
+        labels = place[labels]
+        total, mass = np.bincount(place, total), np.bincount(place, mass)
         pairs = Pairs.gathered(place[pairs.low], place[pairs.high], pairs.value, len(total), np.add)
         progress(1.0 - len(total) / max(count, 1))
     return absorb_small(labels, pairs, total, mass / total, smallest)
@@ -75,20 +84,35 @@ def _borders(points: Floats, graph: Graph, cells: Indices, count: int) -> Pairs:
     return Pairs.gathered(first, second, lengths, count, np.add)
 
 
-def _cheapest(pairs: Pairs, area: Floats, mass: Floats, price: float) -> tuple[Indices, Indices]:
-    """Return the pairs worth joining of which neither region has a cheaper one, each once."""
+def _costs(pairs: Pairs, area: Floats, mass: Floats) -> Floats:
+    """Return what joining each pair costs by the length of its border."""
     low, high = pairs.low, pairs.high
     one, two = area[low], area[high]
-    cost = one * two / (one + two) * (mass[low] / one - mass[high] / two) ** 2 / pairs.value
+    return one * two / (one + two) * (mass[low] / one - mass[high] / two) ** 2 / pairs.value
+
+
+def _connected(low: Indices, high: Indices, count: int) -> Indices:
+    """Return the number (count,) of the group of each region, joined by pairs."""
+    links = sparse.coo_array((np.ones(len(low), dtype=bool), (low, high)), shape=(count, count))
+    return csgraph.connected_components(links, directed=False)[1].astype(np.intp)
+
+
+def _cheapest(pairs: Pairs, cost: Floats, count: int, price: float) -> tuple[Indices, Indices]:
+    """Return the pairs worth joining of which neither region has a cheaper one, each once.
+
+    Equal ones come in scattered order: by their numbers they would join one by one along a row.
+    """
     good = np.flatnonzero(cost <= price)
-    low, high, cost = low[good], high[good], cost[good]
-    least = np.full(len(area), np.inf)
+    low, high, cost = pairs.low[good], pairs.high[good], cost[good]
+    least = np.full(count, np.inf)
     np.minimum.at(least, low, cost)
     np.minimum.at(least, high, cost)
     best = np.flatnonzero((cost == least[low]) & (cost == least[high]))
+    best = best[np.argsort(hash01(best), kind="stable")]
     low, high = low[best], high[best]
-    first = np.full(len(area), len(best))
-    np.minimum.at(first, low, np.arange(len(best)))
-    np.minimum.at(first, high, np.arange(len(best)))
-    alone = (first[low] == np.arange(len(best))) & (first[high] == np.arange(len(best)))
+    turn = np.arange(len(best))
+    first = np.full(count, len(best))
+    np.minimum.at(first, low, turn)
+    np.minimum.at(first, high, turn)
+    alone = (first[low] == turn) & (first[high] == turn)
     return low[alone], high[alone]

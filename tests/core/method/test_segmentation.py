@@ -45,6 +45,20 @@ def test_two_halves_are_two_islands_and_a_slope_is_not_many():
     assert slope[0] != slope[39]
 
 
+@pytest.mark.parametrize("radius", [0.0, 20.0])
+def test_equal_pairs_join_in_few_rounds(radius):
+    geometry, graph, area = plate(100, 120)
+    x, y = np.meshgrid(np.arange(120), np.arange(100))
+    bump = np.maximum(0.0, radius - np.hypot(x - 30, y - 40)).ravel()
+    saliency, cells = bump / max(radius, 1.0), np.arange(len(bump))
+    rounds = []
+    labels = find_islands(
+        geometry.points, graph, cells, area, saliency, 1e-4, 0.0, progress=rounds.append
+    )
+    assert len(rounds) < 120  # thousands, where one pair joins in each
+    assert len(np.unique(labels[bump == 0])) == 1
+
+
 def test_a_border_has_its_price():
     x = np.tile(np.arange(40.0), 30)
     step = 0.1 * (x >= 20)
