@@ -24,7 +24,7 @@ ROOT = Path(__file__).parents[2]
 PACKAGES = ("salcore", "meshlab_filter")
 NAME = f"salient_simplify-{salcore.__version__}"
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-PAGE = (ROOT / "PACKAGE.md").read_text(encoding="utf-8")
+PAGE = (ROOT / "docs" / "package.md").read_text(encoding="utf-8")
 BUILD = """
 import sys
 from setuptools import build_meta
@@ -86,8 +86,8 @@ def test_the_source_distribution_holds_what_is_built_and_tested_and_no_more(buil
         *sources(*PACKAGES, "blender_addon"),
         *sources("benchmarks", pattern="*.py"),
         *(sources("tests") - sources("tests/packaging")),
-        "CHANGELOG.md", "LICENSE", "MANIFEST.in", "PACKAGE.md", "PKG-INFO", "README.md",
-        "SECURITY.md", "pyproject.toml", "setup.cfg",
+        "CHANGELOG.md", "LICENSE", "MANIFEST.in", "PKG-INFO", "README.md",
+        "SECURITY.md", "docs/package.md", "pyproject.toml", "setup.cfg",
     }  # fmt: skip
     assert path.stat().st_size < 2e6
 

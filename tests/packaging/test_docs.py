@@ -18,7 +18,7 @@ import salcore
 
 DOCS = Path(__file__).parents[2] / "docs"
 ROOT = DOCS.parent
-PAGES = [ROOT / "README.md", ROOT / "PACKAGE.md", *sorted(DOCS.glob("tasks/*.md"))]
+PAGES = [ROOT / "README.md", ROOT / "docs" / "package.md", *sorted(DOCS.glob("tasks/*.md"))]
 MODULES = [module.name for module in pkgutil.walk_packages(salcore.__path__, "salcore.")]
 
 
