@@ -70,7 +70,8 @@ def find_islands(
             target[high] = low
             place = (np.cumsum(target == np.arange(len(target))) - 1)[target]
         labels = place[labels]
-        total, mass = np.bincount(place, total), np.bincount(place, mass)
+        total = np.bincount(place, total).astype(np.float64)
+        mass = np.bincount(place, mass).astype(np.float64)
         pairs = Pairs.gathered(place[pairs.low], place[pairs.high], pairs.value, len(total), np.add)
         progress(1.0 - len(total) / max(count, 1))
     return absorb_small(labels, pairs, total, mass / total, smallest)

@@ -136,7 +136,7 @@ def test_the_command_measures_errors_and_writes_tiles(tmp_path, capsys):
     arguments += ["--tiles", folder, "--workers", 1, "--report", tmp_path / "report.json"]
     assert main([str(a) for a in arguments]) == 0
     said = capsys.readouterr()
-    assert "to the surface" in said.out
+    assert "to the light surface" in said.out
     report = json.loads((tmp_path / "report.json").read_text())
     assert 0.05 < report["errors"]["surface"]["max"] <= 0.2
     assert report["kept_points"] == len(laspy.read(light)) < 1500
