@@ -19,6 +19,8 @@ from .errors import ParameterError
 
 ABOVE_ZERO = 1e-9
 """Minimum of what must not be zero."""
+UNBOUNDED = 2**31 - 1
+"""Maximum of what has none but a number's own; messages leave it out."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,14 +83,14 @@ class Parameter:
         if self.type is int and math.isfinite(number) and not number.is_integer():
             raise self._error(value, "give a whole number")
         if not self.minimum <= number <= self.maximum:
-            low = "above 0" if self.minimum == ABOVE_ZERO else f"from {self.minimum:g}"
-            raise self._error(
-                value,
-                f"give {kind} {low}"
-                f"{' upwards' if self.maximum >= 2**31 - 1 and not number > self.maximum else ''}"
-                f"{f' to {self.maximum:.10g}' if self.maximum < max(2**31 - 1, number) else ''}",
-            )
+            raise self._error(value, f"give {kind} {self._range(number)}")
         return self.type(value)
+
+    def _range(self, number: float) -> str:
+        low = "above 0" if self.minimum == ABOVE_ZERO else f"from {self.minimum:g}"
+        if self.maximum < UNBOUNDED or number > self.maximum:
+            return f"{low} to {self.maximum:.10g}"
+        return f"{low} upwards"
 
     def _error(self, value: Any, remedy: str) -> ParameterError:
         return ParameterError(f"{self.name}={shown(value)}: {remedy}")
@@ -230,7 +232,7 @@ class Parameters:
         sentence="Further weight of the points on the regions' boundaries in the order of "
         "elimination; more keeps more of them.")
     regions_of_interest: int = _row("Elimination", 0, "Regions of interest", minimum=0,
-        maximum=2**31 - 1,
+        maximum=UNBOUNDED,
         sentence="How many regions, the most salient first, keep more points than the rest: more "
         "regions share these points, and 0 treats all alike.")
     interest_density: float = _row("Elimination", 4.0, "Interest density", minimum=1.0,
@@ -326,10 +328,10 @@ TARGETS: tuple[Parameter, ...] = (
     _target("ratio", 0.1, "Ratio", minimum=ABOVE_ZERO, maximum=1.0,
         sentence="Share of the points to keep, exact to the point; of a mesh in parts less by "
         "points of a part that goes whole."),
-    _target("count", 10000, "Count", minimum=1, maximum=2**31 - 1,
+    _target("count", 10000, "Count", minimum=1, maximum=UNBOUNDED,
         sentence="Number of points to keep, exact to the point; of a mesh in parts less by points "
         "of a part that goes whole."),
-    _target("faces", 10000, "Faces", minimum=1, maximum=2**31 - 1,
+    _target("faces", 10000, "Faces", minimum=1, maximum=UNBOUNDED,
         sentence="Number of triangles of a mesh to keep, or the nearest below that a whole number "
         "of points makes."),
     _target("max_error", 0.001, "Largest error", minimum=0.0, maximum=1e300,

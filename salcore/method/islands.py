@@ -4,14 +4,12 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy import sparse
-from scipy.sparse import csgraph
 
 from ..arrays.types import Floats, Indices
 from ..arrays.vectors import dot, hash01
 from ..progress import SILENT, Progress
 from .graph import Graph
-from .merging import BORDER, Pairs, absorb_small, edge_pairs
+from .merging import BORDER, Pairs, absorb_small, connected, edge_pairs
 
 FREE = 1e-20
 """Cost as a share of the price that is nothing but rounding."""
@@ -61,7 +59,7 @@ def find_islands(
         cost = _costs(pairs, total, mass)
         free = np.flatnonzero(cost <= FREE * price)
         if len(free):
-            place = _connected(pairs.low[free], pairs.high[free], len(total))
+            place = connected(pairs.low[free], pairs.high[free], len(total))
         else:
             low, high = _cheapest(pairs, cost, len(total), price)
             if not len(low):
@@ -90,12 +88,6 @@ def _costs(pairs: Pairs, area: Floats, mass: Floats) -> Floats:
     low, high = pairs.low, pairs.high
     one, two = area[low], area[high]
     return one * two / (one + two) * (mass[low] / one - mass[high] / two) ** 2 / pairs.value
-
-
-def _connected(low: Indices, high: Indices, count: int) -> Indices:
-    """Return the number (count,) of the group of each region, joined by pairs."""
-    links = sparse.coo_array((np.ones(len(low), dtype=bool), (low, high)), shape=(count, count))
-    return csgraph.connected_components(links, directed=False)[1].astype(np.intp)
 
 
 def _cheapest(pairs: Pairs, cost: Floats, count: int, price: float) -> tuple[Indices, Indices]:

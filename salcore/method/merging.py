@@ -79,6 +79,12 @@ def edge_pairs(graph: Graph, labels: Indices) -> tuple[Indices, Indices, Integer
     return first[between], second[between], row[between], graph.indices[between]
 
 
+def connected(low: Indices, high: Indices, count: int) -> Indices:
+    """Return the number (count,) of the group that each region is in, joined by pairs."""
+    links = sparse.coo_array((np.ones(len(low)), (low, high)), shape=(count, count))
+    return csgraph.connected_components(links, directed=False)[1].astype(np.intp)
+
+
 def absorb_small(
     labels: Indices, pairs: Pairs, area: Floats, mean: Floats, smallest: float
 ) -> Indices:
@@ -105,8 +111,7 @@ def absorb_small(
         first, second = first[order], second[order]
         one = np.append(True, first[1:] != first[:-1])
         ends = (first[one], second[one])
-        links = sparse.coo_array((np.ones(len(ends[0])), ends), shape=(count, count))
-        joined = csgraph.connected_components(links, directed=False)[1].astype(np.intp)
+        joined = connected(*ends, count)
         total: Floats = np.bincount(joined, area).astype(np.float64)
         mean = np.bincount(joined, area * mean) / total
         area, labels = total, joined[labels]
