@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Write docs/parameters.md: every parameter, with its effect in a picture at three values.
 
-    python docs/parameter_pictures.py [NAME ...]
+    python -m docs.parameter_pictures [NAME ...]
 
 The model is the stone tablet of docs/pictures.py. As it is a grid, its maps are drawn as images.
 Without names all pictures are drawn, in about two minutes.
@@ -16,10 +16,10 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from pictures import FOLDER, save_small, tablet
 from scipy.ndimage import gaussian_filter
 
 import salcore
+from docs.pictures import FOLDER, save_small, tablet
 
 COLUMNS, ROWS = 220, 110
 PICTURES = FOLDER / "parameters"
@@ -161,7 +161,7 @@ def page() -> str:
         "MeshLab filters (`deviationthreshold`) and in Blender's panel. Pictures show a stone",
         "tablet of 24,200 points: maps of saliency from blue to red, regions in colours, kept",
         "points in red (of a simplification to 5 %, or of the threshold α = 20 for interest",
-        "points). This page is written by `python docs/parameter_pictures.py`.",
+        "points). This page is written by `python -m docs.parameter_pictures`.",
         "",
     ]
     group = ""

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Make the pictures of the documentation from a generated model.
 
-    python docs/pictures.py
+    python -m docs.pictures
 
 The model is a stone tablet with an inscription: the sort of detail that uniform thinning loses.
 """

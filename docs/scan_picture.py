@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Draw docs/pictures/scan.png: airborne LiDAR before and after.
 
-    python docs/scan_picture.py autzen_crop_1M.ply
+    python -m docs.scan_picture autzen_crop_1M.ply
 
 The scan is PDAL's Autzen (Watershed Sciences, CC BY 4.0). Each panel is the
 shaded surface through the points.

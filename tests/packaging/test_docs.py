@@ -5,7 +5,6 @@ import doctest
 import importlib
 import pkgutil
 import re
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -56,12 +55,10 @@ def test_code_in_pages_runs(code, tmp_path, monkeypatch):
     exec(code, names)
 
 
-def test_the_page_of_parameters_is_the_tables(monkeypatch):
-    monkeypatch.syspath_prepend(str(DOCS))
-    page = importlib.import_module("parameter_pictures")
+def test_the_page_of_parameters_is_the_tables():
+    page = importlib.import_module("docs.parameter_pictures")
     assert (DOCS / "parameters.md").read_text(encoding="utf-8") == page.page()
     rows = {row.name for row in (*salcore.TARGETS, *salcore.TABLE)}
     assert set(page.VALUES) <= rows
     for name in page.VALUES:
         assert (DOCS / "pictures" / "parameters" / f"{name}.png").exists()
-    assert sys.modules.pop("parameter_pictures")
